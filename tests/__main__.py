@@ -29,7 +29,8 @@ from tests.support.tiers import BROWSER
 
 ROOT = Path(__file__).parents[1]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # of each worker: there is one for each core
+# of each worker: there is one for each core
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 NO_TESTS = 5  # pytest's exit code where nothing was selected
 STRUCTURE = "tests/project/test_architecture.py"
 DEFAULT, MERGE, ALL = ("not merge", "not long"), ("not long",), ()

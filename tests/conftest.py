@@ -21,7 +21,8 @@ from touchline.cli import main
 
 settings.register_profile("same every time", derandomize=True, deadline=None)
 settings.load_profile("same every time")
-UNTIL_S = float(os.environ.get("TOUCHLINE_TESTS_UNTIL", "0"))  # no test starts after it, where it is not 0
+# no test starts after it, where it is not 0
+UNTIL_S = float(os.environ.get("TOUCHLINE_TESTS_UNTIL", "0"))
 
 
 def pytest_collection_modifyitems(items):
@@ -85,7 +86,8 @@ def touchline(monkeypatch, capsys, tmp_path):
         monkeypatch.setattr(sys, "argv", ["touchline", *map(str, words)])
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode())))
         with monkeypatch.context() as apart, pytest.raises(SystemExit) as ended:
-            for name in ("TOUCHLINE_TESTS", "TOUCHLINE_CHROMIUM"):  # the server would say that they are no settings
+            # the server would say that they are no settings
+            for name in ("TOUCHLINE_TESTS", "TOUCHLINE_CHROMIUM"):
                 apart.delenv(name, raising=False)
             main()
         told = capsys.readouterr()

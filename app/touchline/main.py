@@ -99,7 +99,8 @@ def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False)
     def say(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
-    os.umask(0o077)  # cameras' passwords are in the database and its backups: they are this user's alone
+    # cameras' passwords are in the database and its backups: they are this user's alone
+    os.umask(0o077)
     for warning in unknown_variables(os.environ):
         say(warning)
     data = server.data_folder(settings.data)

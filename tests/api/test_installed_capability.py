@@ -185,7 +185,8 @@ def test_a_part_that_does_not_start_is_logged_and_stops_nothing(beside, tmp_path
     with TestClient(create_app(Settings(data=tmp_path)), base_url="http://127.0.0.1:8000") as client:
         assert "watched" in [one["reason"] for one in client.get(f"{API}/health").json()["warnings"]]
     assert "tests.api.nowhere:Feed of 'feedless' cannot be used" in caplog.text
-    assert capabilities.saved_rows().keys().isdisjoint({"calibrations"})  # what is damaged is ours to say
+    # what is damaged is ours to say
+    assert capabilities.saved_rows().keys().isdisjoint({"calibrations"})
     assert "The part of 'stopped' cannot run: ValueError: a fault of its own" in caplog.text
 
 

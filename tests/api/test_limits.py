@@ -179,7 +179,8 @@ def test_a_body_that_trickles_is_ended_in_time(port):
         threading.Thread(target=trickle, args=(line, stop)).start()
         assert refusal(line) == (408, "too-slow")
         stop.set()
-        assert 0.4 < time.monotonic() - begin < 30 and is_closed(line)  # half a second on a quiet machine
+        # half a second on a quiet machine
+        assert 0.4 < time.monotonic() - begin < 30 and is_closed(line)
 
 
 def trickle(line, stop):
@@ -254,7 +255,8 @@ def test_a_half_open_connection_is_closed_in_time(port, sent):
         begin = time.monotonic()
         line.sendall(sent)
         assert refusal(line) == (408, "too-slow")
-        assert 0.4 < time.monotonic() - begin < 30 and is_closed(line)  # half a second on a quiet machine
+        # half a second on a quiet machine
+        assert 0.4 < time.monotonic() - begin < 30 and is_closed(line)
 
 
 def test_headers_that_trickle_are_ended_in_time_on_a_later_request_as_well(port):
@@ -361,7 +363,8 @@ def test_one_other_machine_has_so_many_connections_and_no_more(others):
             assert refusal(fourth) == (503, "too-many-connections")
         assert status_from("127.0.0.3", port) == status_from(OURS, port) == 200
         lines[0].close()
-        until(lambda: status_from("127.0.0.2", port), lambda status: status == 200)  # it learns of the end in its time
+        # it learns of the end in its time
+        until(lambda: status_from("127.0.0.2", port), lambda status: status == 200)
 
 
 @pytest.mark.parametrize("sent", [IDLE, HALF, b""])

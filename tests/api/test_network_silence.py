@@ -55,6 +55,7 @@ def test_a_server_that_was_not_asked_has_no_socket_to_send_by(tmp_path, way):
         assert udp_sockets(child) == set()
         with Listener(**way) as ear:
             assert line.json("PUT", "/publishing", {"enabled": True, **way})[0] == 200
-            assert ear.receive() is not None and len(udp_sockets(child)) == 1  # the look would have found it
+            # the look would have found it
+            assert ear.receive() is not None and len(udp_sockets(child)) == 1
             assert line.json("PUT", "/publishing", {"enabled": False})[0] == 200
         assert udp_sockets(child) == set()

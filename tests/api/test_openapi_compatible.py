@@ -66,7 +66,8 @@ class Comparison:
                     named = new["properties"].keys() - old.get("properties", {}).keys() - {STATEMENTS}
                     for name in named:  # what was any name
                         yield from self.of(old[key], new["properties"][name], f"{at}/{name}")
-                elif is_response and key not in new and key == "anyOf":  # one of what it may have been
+                # one of what it may have been
+                elif is_response and key not in new and key == "anyOf":
                     if all(list(self.of(one, new, at)) for one in old[key]):
                         yield f"{at}/{key} is gone"
                 elif key not in new:

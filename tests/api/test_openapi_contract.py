@@ -46,7 +46,8 @@ PROMISES = [not_a_server_error, status_code_conformance, content_type_conformanc
 FEW = 2  # requests for each call
 MANY = int(os.environ.get("TOUCHLINE_CONTRACT_CASES", "12"))  # a night may take more
 SLOW = {"POST /calibrations/{id}/check", "GET /calibrations/{id}/exports", "GET /calibrations/{id}/scene.html",
-        "POST /pairs", "POST /rigs/{name}/check", "GET /cameras/found", "POST /cameras/test"}  # a second each
+        # a second each
+        "POST /pairs", "POST /rigs/{name}/check", "GET /cameras/found", "POST /cameras/test"}
 PATIENT = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large,
            HealthCheck.function_scoped_fixture]
 
@@ -60,7 +61,8 @@ class Server:
         _, self.calibration = self.ask("POST", "/calibrations", json.dumps(
             {**{k: v for k, v in TASK.items() if k != "image_size"}, "camera": "north",
              "snapshot": self.snapshot["id"]}).encode())
-        self.ask("POST", f"/calibrations/{self.calibration['id']}/activate")  # the active one cannot be deleted
+        # the active one cannot be deleted
+        self.ask("POST", f"/calibrations/{self.calibration['id']}/activate")
 
     def upload(self, picture: bytes):
         """Status, and the JSON of the answer."""

@@ -91,7 +91,8 @@ def test_nothing_is_described_that_is_not_there(document):
     own = own_fields()
     there = {(name, field) for name, field, _ in fields(document)}
     assert [(name, field) for name, known in own.items() for field in known if (name, field) not in there] == []
-    assert [names for names, known in OWN_FIELDS.items() if "items" in known] == []  # of which only one would count
+    # of which only one would count
+    assert [names for names, known in OWN_FIELDS.items() if "items" in known] == []
     shared = {field for name, field, described in fields(document) if described["description"] == FIELDS.get(field)}
     assert {*FIELDS} - shared == set()
     names = {parameter["name"].lower() for _, _, operation in operations(document)

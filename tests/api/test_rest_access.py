@@ -127,7 +127,8 @@ def test_cookies_are_guessed_as_slowly_and_the_log_tells_of_it(guarded, caplog):
 def test_a_page_with_an_old_cookie_loses_it_and_is_led_to_the_login(guarded):
     guarded.cookies.set(COOKIE, "of an older token")
     for _ in range(MAX_WRONG + 5):
-        assert guarded.get("/api/v1/models").status_code == 401  # the client has dropped it after the first
+        # the client has dropped it after the first
+        assert guarded.get("/api/v1/models").status_code == 401
     assert guarded.get("/", headers={"Accept": "text/html"}).headers["location"] == "/login"
 
 

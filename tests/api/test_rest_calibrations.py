@@ -97,7 +97,8 @@ def test_models_are_compared_on_the_same_clicks_and_nothing_is_kept(client, task
     for models, recommended in ((["polynomial", "homography"], None), (["polynomial", "division"], "division")):
         found = client.post(f"{CAL}/compare", json={**task, "models": models}).json()
         assert {row["model"] for row in (*found["ranking"], *found["failed"])} == set(models)
-        assert found["recommended"] == recommended and found["reason"]  # of borders alone, only what has rays
+        # of borders alone, only what has rays
+        assert found["recommended"] == recommended and found["reason"]
     assert client.get(CAL).json()["items"] == []
     refusal(client.post(f"{CAL}/compare", json={**task, "models": ["no-such"]}), 404, "unknown-camera-model")
     refusal(client.post(f"{CAL}/compare", json={**task, "models": []}), 422)

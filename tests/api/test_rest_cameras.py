@@ -400,7 +400,8 @@ def test_a_picture_of_many_frames_is_without_what_moves(shared):
     one, many = (pixels_of(shared.get(f"{API}/snapshots/{shared.post(f'{API}/snapshots', json=body).json()['id']}/"
                                       "image.png").content).astype(float)
                  for body in ({"camera": "south"}, {"camera": "south", "frames": 8, "over_s": 0.5}))
-    assert many[40:60, :].std(axis=1).mean() < one[40:60, :].std(axis=1).mean()  # less noise on the carpet
+    # less noise on the carpet
+    assert many[40:60, :].std(axis=1).mean() < one[40:60, :].std(axis=1).mean()
     refusal(shared.post(f"{API}/snapshots", json={"camera": "south", "frames": 0}), 422)
     refusal(shared.post(f"{API}/snapshots", json={"camera": "south", "frames": 5, "over_s": 1e9}), 422)
 

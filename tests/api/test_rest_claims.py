@@ -165,7 +165,8 @@ def test_exchanged_cables_and_one_stream_under_two_cameras_are_seen_though_the_h
             return found
 
         own_images("own image", "held")
-        changed(client, camera := Followed(client, "half-left"), source=HALF.format(1, 0))  # as if by another cable
+        # as if by another cable
+        changed(client, camera := Followed(client, "half-left"), source=HALF.format(1, 0))
         changed(client, other := Followed(client, "half-right"), source=HALF.format(0, 1))
         assert own_images("exchanged")["camera"] == "half-left"
         again = camera.saved(version_of(left, image_size=[480, 384]))

@@ -47,7 +47,8 @@ def client(settings):
 def taught(client, play):
     """The camera is calibrated, and its colours are clicked and kept under a name."""
     calibration = play.calibrate(client)
-    seen_until(client, lambda seen: True)  # its process has started, which takes long on a busy machine
+    # its process has started, which takes long on a busy machine
+    seen_until(client, lambda seen: True)
     learned = client.post(f"{API}/cameras/north/colours/learn", json={"clicks": play.clicks()})
     assert learned.status_code == 200, learned.text
     made = client.put(f"{API}/colours/hall", json={"profile": learned.json()["profile"]})

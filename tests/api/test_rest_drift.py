@@ -115,7 +115,8 @@ def test_a_picture_without_lines_makes_no_version(followed, picture):
     camera = followed()
     client = camera.client
     first = camera.activated(image_size=[480, 384])
-    blank = client.post(f"{API}/snapshots", files={"file": picture}).json()["id"]  # of another size, even
+    # of another size, even
+    blank = client.post(f"{API}/snapshots", files={"file": picture}).json()["id"]
     job = finished(client, accepted(client.post(f"{camera.path}/reregister", json={"snapshot": blank})))
     assert job["state"] == "failed" and job["problem"]["fix"]
     kept = client.get(f"{API}/calibrations?camera={camera.id}").json()["items"]

@@ -96,7 +96,8 @@ def test_everything_that_can_be_asked_of_a_calibration_can_be_asked_of_an_import
     for path in asked:
         answer = standing.get(f"{CAL}/{back['id']}{path}")
         assert answer.status_code in (200, 409), (path, answer.text)
-        assert answer.status_code == 200 or path == "/uncertainty.json"  # nothing is known of its error
+        # nothing is known of its error
+        assert answer.status_code == 200 or path == "/uncertainty.json"
     activate_despite(standing, back["id"])
 
 

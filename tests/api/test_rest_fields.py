@@ -46,7 +46,8 @@ def test_a_field_of_ones_own_survives_a_restart(settings):
         kept = first.put(f"{FIELDS}/garage", json=GARAGE).json()
     with TestClient(create_app(settings), base_url=base) as second:
         assert second.get(f"{FIELDS}/garage").json() == kept
-        assert second.put(f"{FIELDS}/garage", json=kept).json() == kept  # what is read can be sent back
+        # what is read can be sent back
+        assert second.put(f"{FIELDS}/garage", json=kept).json() == kept
 
 
 def test_what_comes_with_touchline_stays_as_it_is(standing):

@@ -83,7 +83,8 @@ def test_the_preview_draws_the_borders_through_the_clicks(standing, task):
     for observation in task["observations"]:
         curve = np.array([p for p in drawn[observation["feature"]] if p])
         for point in observation["points"]:
-            assert np.linalg.norm(curve - point, axis=1).min() < 12  # the polyline's corners are 50 mm apart
+            # the polyline's corners are 50 mm apart
+            assert np.linalg.norm(curve - point, axis=1).min() < 12
 
 
 def test_what_cannot_be_fitted_yet_is_an_answer_of_an_attempt_and_a_refusal_of_a_preview(standing, task):

@@ -114,7 +114,8 @@ def test_a_job_is_cancelled_as_often_as_one_likes_and_an_unknown_one_is_404(stan
 @pytest.mark.parametrize("times", [2, long(15)])
 def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client, task, times):
     rng = random.Random(3)
-    finished(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))  # starts the process
+    # starts the process
+    finished(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))
     start = time.monotonic()
     finished(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))
     wait_s, made = time.monotonic() - start, 2
@@ -126,14 +127,16 @@ def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client
         assert told["state"] in ("done", "cancelled"), told
         done = told["state"] == "done"
         made += done
-        wait_s *= 0.6 if done else 1.6  # stays about as long as such a job takes, however busy the machine is by then
+        # stays about as long as such a job takes, however busy the machine is by then
+        wait_s *= 0.6 if done else 1.6
         if done:
             assert client.get(f"{CAL}/{told['result']['calibration']}").status_code == 200
     assert times < 15 or 2 < made < 17
     items = client.get(f"{CAL}?limit=100").json()["items"]
     assert [item["version"] for item in items] == list(range(made, 0, -1))
     data = client.app.state.services.settings.data
-    assert not [path for path in data.rglob("*.tmp") if path.parent.name != "backups"]  # where a copy may be under way
+    # where a copy may be under way
+    assert not [path for path in data.rglob("*.tmp") if path.parent.name != "backups"]
 
 
 @pytest.mark.long
@@ -160,7 +163,8 @@ def test_events_tell_every_change_until_the_end(standing):
     assert told[-1]["state"] == "done" and told[-1]["result"] == {"slept": 0.3}
     progress = [event["progress"] for event in told]
     assert progress == sorted(progress) and progress[-1] == 1
-    with client.stream("GET", f"{API}/jobs/{job.id}/events") as again:  # of an ended job: its end, at once
+    # of an ended job: its end, at once
+    with client.stream("GET", f"{API}/jobs/{job.id}/events") as again:
         assert sum(line.startswith("data: ") for line in again.iter_lines()) == 1
 
 
@@ -276,7 +280,8 @@ def test_a_border_is_fitted_as_fast_beside_a_comparison(served, task):
     alone_s = usual_answer_s(url, BORDER)
     job = asked(f"{url}/calibrations/compare?job=true", task)
     until(lambda: asked(f"{url}/jobs/{job['id']}")["progress"])
-    assert usual_answer_s(url, BORDER) < 0.05 + 5 * alone_s  # a thread's arithmetic would hold every answer up
+    # a thread's arithmetic would hold every answer up
+    assert usual_answer_s(url, BORDER) < 0.05 + 5 * alone_s
     assert asked(f"{url}/jobs/{job['id']}")["state"] == "running"
 
 

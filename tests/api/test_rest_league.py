@@ -153,7 +153,8 @@ def test_an_interface_that_is_not_there_is_refused_with_those_that_are(client):
     asked = client.put(f"{API}/publishing", json={"enabled": True, "interface": "gone0"})
     problem = refusal(asked, 409, "no-interface")
     assert "lo (127.0.0.1)" in problem["fix"] and state(client)["interface"] == "" and not state(client)["enabled"]
-    assert put(client, interface="gone0")["interface"] == "gone0"  # while it is off, what is to come may be prepared
+    # while it is off, what is to come may be prepared
+    assert put(client, interface="gone0")["interface"] == "gone0"
 
 
 def test_a_network_that_is_away_at_the_start_is_told_and_tried_again(tmp_path, way):

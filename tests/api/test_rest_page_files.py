@@ -100,7 +100,8 @@ def test_texts_are_compressed_for_who_takes_it_and_are_other_things_to_a_cache(s
     assert (other.status_code, other.content) == (200, script)
     refused = shelf.get("/long.js", headers={"Accept-Encoding": "gzip;q=0"})
     assert "content-encoding" not in refused.headers
-    assert "content-encoding" not in shelf.get("/main.js", headers={"Accept-Encoding": "gzip"}).headers  # too short
+    # too short
+    assert "content-encoding" not in shelf.get("/main.js", headers={"Accept-Encoding": "gzip"}).headers
 
 
 def test_a_head_has_the_length_and_no_body(shelf):

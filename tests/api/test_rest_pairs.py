@@ -166,7 +166,8 @@ def test_lines_are_drawn_by_a_matrix_or_as_two_calibrations_foretell_them(standi
         assert all(on_line(np.array(point), line) for point, line in zip(given, bent[f"in_{side}"], strict=False))
     carpet = points(5, noise_px=0.0)
     placed = standing.post(f"{PAIRS}/lines", json={**carpet, **ids()}).json()
-    assert np.allclose(placed["place_in_b"], carpet["points_b"], atol=2)  # px, of two models' own errors
+    # px, of two models' own errors
+    assert np.allclose(placed["place_in_b"], carpet["points_b"], atol=2)
     hats = points(5, noise_px=0.0, heights_mm=(150, 150))
     placed = standing.post(f"{PAIRS}/lines", json={**hats, **ids(), "z_mm": 150}).json()
     assert np.allclose(placed["place_in_a"], hats["points_a"], atol=2)

@@ -106,7 +106,8 @@ def test_the_report_tells_the_same_arrows_and_what_a_pixel_is_worth(standing, ma
     assert [{k: a[k] for k in keys} for a in found["arrows"]] == [{k: r[k] for k in keys} for r in told]
     fine = [a for a in told if not a["outlier"]]
     clicks, feet = (np.array([a[end] for a in fine]) for end in ("point", "foot"))
-    moved = clicks + (feet - clicks) / np.linalg.norm(feet - clicks, axis=1, keepdims=True)  # by a pixel
+    # by a pixel
+    moved = clicks + (feet - clicks) / np.linalg.norm(feet - clicks, axis=1, keepdims=True)
     before, after = (transformed(standing, calibration["id"], p.tolist(), "image", "field") for p in (clicks, moved))
     a_pixel = np.median(np.linalg.norm(after - before, axis=1))
     assert found["mm_per_px"] == report["mm_per_px"] == pytest.approx(a_pixel, rel=0.02)

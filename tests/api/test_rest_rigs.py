@@ -139,7 +139,8 @@ def test_a_rig_shows_its_newest_check_until_a_calibration_is_replaced(client, ri
         (listed,) = client.get(RIGS).json()["items"]
         one, other = listed["checked"], client.get(rig).json()["checked"]
         for found in filter(None, (one, other)):
-            found.pop("outdated")  # a camera that is learnt anew may be monitored from one moment to the next
+            # a camera that is learnt anew may be monitored from one moment to the next
+            found.pop("outdated")
         assert one == other
         return one
 

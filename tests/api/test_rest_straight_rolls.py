@@ -184,7 +184,8 @@ def test_a_camera_that_is_not_there_and_a_fifth_who_watches_are_refused(client):
     with listening(client, "none") as line:
         assert line.receive_json()["status"] == 404
     refusal(client.get(f"{API}/cameras/none/rolls"), 404)
-    until(lambda: client.get(f"{API}/cameras/bare/status").json()["state"] == "live")  # it may have slept until now
+    # it may have slept until now
+    until(lambda: client.get(f"{API}/cameras/bare/status").json()["state"] == "live")
     with ExitStack() as lines:
         for _ in range(4):
             assert lines.enter_context(listening(client, "bare")).receive_json()["new"] == []

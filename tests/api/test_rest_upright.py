@@ -35,7 +35,8 @@ def test_a_frame_of_a_clip_that_asks_for_nothing_is_the_cameras_own(standing):
 @pytest.mark.parametrize("data", [turned_jpeg("Exif behind comments", encoded("jpg")), turned_png(), turned_webp()],
                          ids=["JPEG", "PNG", "WebP"])
 def test_an_uploaded_image_is_shown_as_it_is_calibrated_from(standing, data):
-    assert cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape == (WIDTH, HEIGHT, 3)  # turned
+    # turned
+    assert cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape == (WIDTH, HEIGHT, 3)
     kept = standing.post(f"{API}/snapshots", files={"file": data}).json()
     assert (kept["width"], kept["height"]) == (WIDTH, HEIGHT)
     for format in ("jpg", "png"):

@@ -21,7 +21,8 @@ def test_the_history_says_what_was_activated_by_whom_newest_first(client, two):
         activate_despite(client, kept["id"], headers={"X-Operator": who})
     told = client.get(f"{CAL}/activations", params={"camera": "north"}).json()["items"]
     assert [(one["version"], one["by"]) for one in told] == [(1, "Ada"), (2, "Grace"), (1, "Ada")]
-    assert client.get(f"{CAL}/activations").json()["items"] == []  # no picture from a file was ever activated
+    # no picture from a file was ever activated
+    assert client.get(f"{CAL}/activations").json()["items"] == []
 
 
 def test_the_history_keeps_a_version_that_is_deleted(client, two):

@@ -70,6 +70,7 @@ def test_the_page_has_a_name_for_every_choice_that_it_shows():
 def test_a_field_of_an_operator_keeps_its_title(standing):
     shipped = standing.get(f"{API}/fields/table").json()
     assert shipped["statements"] == {"title": [{"code": "field.table", "values": {}}]}
-    own = standing.put(f"{API}/fields/own-table", json={**shipped, "name": "own-table"})  # as it was shown
+    # as it was shown
+    own = standing.put(f"{API}/fields/own-table", json={**shipped, "name": "own-table"})
     assert own.status_code == 200 and own.json()["title"] == shipped["title"] and "statements" not in own.json()
     assert standing.delete(f"{API}/fields/own-table").status_code == 204

@@ -107,7 +107,8 @@ def dragged(operator: Operator, server: Server, model: str, way: str | None) -> 
                   " watched[list].length = 0; }")
     for i in range(MOVES):
         begun = time.perf_counter()
-        page.mouse.move(x + 0.6 * np.sin(i / 8), y + 2 * np.cos(i / 8))  # no stray: those bend no curve
+        # no stray: those bend no curve
+        page.mouse.move(x + 0.6 * np.sin(i / 8), y + 2 * np.cos(i / 8))
         time.sleep(max(0.0, PACE_S - (time.perf_counter() - begun)))
     watched = page.evaluate("watched")
     page.wait_for_timeout(1000)

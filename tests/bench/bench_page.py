@@ -27,7 +27,8 @@ from tests.support.waiting import until  # noqa: E402
 
 ROUNDS = 7
 IDLE_S = 20.0
-AWAKE_S = 15.0  # a simulated camera that was opened or looked at gives all its pictures for ten seconds
+# a simulated camera that was opened or looked at gives all its pictures for ten seconds
+AWAKE_S = 15.0
 LONG_S, SAMPLES = 180.0, 9
 NETWORK_MS = 20  # there and back: a tournament's wireless network
 EIGHT, KNOCKS, TOLD_S = 8, 5, 5.0

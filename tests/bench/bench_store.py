@@ -68,7 +68,8 @@ def measure(folder: Path, one: Calibration, count: int, export: dict) -> None:
         def any_id(number: int) -> str:
             return f"{number * 7919 % count:016x}"
 
-        store._backups.close()  # copies of so large a database are made now and then, not in these milliseconds
+        # copies of so large a database are made now and then, not in these milliseconds
+        store._backups.close()
         print("list 20 of all       ", p(timed(lambda n: store.calibrations.found(limit=20))))
         print("list 20 of a camera  ", p(timed(lambda n: store.calibrations.found(CAMERAS[n % 10], limit=20))))
         print("list 20 far back     ", p(timed(lambda n: store.calibrations.found(None, 20, str(count // 2 + n)))))

@@ -153,7 +153,8 @@ def test_a_job_is_waited_for_or_only_started(touchline, files, server):
     at = ("--server", server)
     snapshot = json.loads(touchline("call", "POST", "/snapshots", "file=@field.png", *at)[1])["id"]
     code, out, err = touchline("call", "POST", "/calibrations/auto", f"snapshot={snapshot}", *at)
-    assert code == 0 and json.loads(out)["calibration"] is None, err  # nothing is seen in a gradient
+    # nothing is seen in a gradient
+    assert code == 0 and json.loads(out)["calibration"] is None, err
     code, out, _ = touchline("call", "POST", "/calibrations/auto", f"snapshot={snapshot}", "--no-wait", *at)
     job = json.loads(out)
     assert code == 0 and job["state"] in ("queued", "running", "done")

@@ -34,7 +34,8 @@ def test_the_demo_starts_says_where_and_shows_its_cameras(tmp_path):
         assert [(camera["id"], camera["source"]) for camera in cameras] == [
             (camera["id"], camera["source"]) for camera in DEMO_CAMERAS]
         frame = until(lambda: requests.get(f"{url}/api/v1/cameras/{DEMO_CAMERAS[0]['id']}/frame.jpg", timeout=LONG_S),
-                      lambda answer: answer.status_code != 503)  # until then its process is starting
+                      # until then its process is starting
+                      lambda answer: answer.status_code != 503)
         assert frame.status_code == 200 and frame.content.startswith(b"\xff\xd8")
     finally:
         server.terminate()

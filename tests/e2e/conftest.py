@@ -186,7 +186,8 @@ class Operator:
         assert answer.ok, answer.text
         self.page.goto(f"{self.server.url}/#/calibrate/{snapshot}/{step}")
         self.is_at(step)
-        source = re.compile(rf"/snapshots/{snapshot}/")  # not the picture that was there before, at the same step
+        # not the picture that was there before, at the same step
+        source = re.compile(rf"/snapshots/{snapshot}/")
         expect(self.page.get_by_test_id("picture")).to_have_attribute("src", source, timeout=LONG_MS)
         self.wait_for_picture()
         return self
@@ -339,7 +340,8 @@ def border_draft(server):
         if painted is not None:
             points[painted] = points.pop("bottom")
         taken = until(lambda: server.api("POST", "/snapshots", json={"camera": settings["id"]}),
-                      lambda answer: answer.status_code != 503)  # until then the camera's process is starting
+                      # until then the camera's process is starting
+                      lambda answer: answer.status_code != 503)
         return taken.json()["id"], {
             "field": field.name, "region": region.name, "model": model, "options": options, "observations": [
                 {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}

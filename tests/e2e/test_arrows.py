@@ -37,7 +37,8 @@ def astray(clicked):
 
 
 def show(page):
-    expect(page.get_by_test_id("do-arrows").first).to_be_enabled(timeout=LONG_MS)  # the fit is there
+    # the fit is there
+    expect(page.get_by_test_id("do-arrows").first).to_be_enabled(timeout=LONG_MS)
     page.keyboard.press("v")
     expect(page.get_by_test_id("arrow-legend")).to_be_visible(timeout=LONG_MS)
 
@@ -89,7 +90,8 @@ def test_arrows_end_where_the_server_says_and_the_stray_is_in_the_warnings_colou
     (stray,) = (a for a in arrows if a["outlier"])
     times = factor(page)
     scale = operator.page.get_by_test_id("picture").bounding_box()["width"] / WIDTH
-    assert 15 <= times * fine[0]["px"] * scale <= 120  # long enough to read, and not across the picture
+    # long enough to read, and not across the picture
+    assert 15 <= times * fine[0]["px"] * scale <= 120
     for arrow in fine[:6]:
         is_drawn(operator, arrow, times, lambda seen: seen["light"] > 3 and seen["warm"] == 0)
     expect(page.get_by_test_id("arrow-figures")).to_contain_text(f"{fine[0]['px']:.2f} px")
@@ -119,7 +121,8 @@ def test_the_magnification_is_set_by_keys_and_slider_and_the_ruler_goes_with_it(
     drawn_px = ruler.locator("i").bounding_box()["width"]
     true_px = float(ruler.get_attribute("data-px"))
     scale = page.get_by_test_id("picture").bounding_box()["width"] / WIDTH
-    assert drawn_px == pytest.approx(true_px * scale, abs=1.5)  # at ×1 a ruler of so many pixels is as long as they
+    # at ×1 a ruler of so many pixels is as long as they
+    assert drawn_px == pytest.approx(true_px * scale, abs=1.5)
     assert "mm" in ruler.inner_text()
     page.keyboard.press("End")
     says(page, 200)
@@ -155,7 +158,8 @@ def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_p
     page.screenshot(path=tmp_path / "corrected.png")
 
 
-@pytest.mark.long  # a minute, most of it a fit of two thousand points: pytest -m long tests/e2e/test_arrows.py
+# a minute, most of it a fit of two thousand points: pytest -m long tests/e2e/test_arrows.py
+@pytest.mark.long
 def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server, tmp_path):
     settings = CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())

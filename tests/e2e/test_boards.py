@@ -111,13 +111,15 @@ def test_pictures_without_a_board_are_refused_with_what_to_do(desk, grey, tmp_pa
     holiday = {"name": "holiday.png", "mimeType": "image/png", "buffer": b"not a picture"}
     desk.get_by_test_id("file").set_input_files(grey)
     desk.get_by_test_id("file").set_input_files(holiday)
-    expect(desk.locator("[data-testid=view][data-level=poor]")).to_have_count(1, timeout=LONG_MS)  # it is no picture
+    # it is no picture
+    expect(desk.locator("[data-testid=view][data-level=poor]")).to_have_count(1, timeout=LONG_MS)
     expect(uploaded(desk)).to_have_count(1, timeout=LONG_MS)
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("board-refusal")).to_contain_text("Count the inner corners again", timeout=LONG_MS)
     desk.screenshot(path=tmp_path / "refused.png")
     expect(desk.get_by_test_id("board-marker_mm")).to_have_count(0)
-    desk.get_by_test_id("board-kind").select_option("charuco")  # the form asks for what such a board has more
+    # the form asks for what such a board has more
+    desk.get_by_test_id("board-kind").select_option("charuco")
     expect(desk.get_by_test_id("board-marker_mm")).to_be_visible()
     desk.reload()
     expect(desk.get_by_test_id("board-dictionary")).to_be_visible()

@@ -68,7 +68,8 @@ def test_a_camera_is_calibrated_and_watched(driven, own_server):
     browser.visit(server.url)
     browser.script("localStorage.setItem('touchline.snap', 'off');"
                    "localStorage.setItem('touchline.correction', 'browser');")
-    browser.visit(f"{server.url}/#/system/server")  # the same page in another place: it has to be loaded again
+    # the same page in another place: it has to be loaded again
+    browser.visit(f"{server.url}/#/system/server")
     browser.reload()
     browser.click("rail-cameras")
     cameras = len(server.api("GET", "/cameras").json()["items"])

@@ -127,7 +127,8 @@ def test_a_camera_is_tried_kept_changed_and_removed(operator, server):
     page.get_by_test_id("remove-camera").click()
     back = page.get_by_role("button", name=t("common.put-back"))
     expect(back).to_be_visible()
-    expect(page.get_by_test_id("camera-overhead")).to_be_visible()  # at the list of cameras, of which it is none
+    # at the list of cameras, of which it is none
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible()
     expect(page.get_by_test_id("camera-second")).to_have_count(0)
     back.click()
     expect(page.get_by_test_id("camera-second")).to_be_visible()

@@ -11,7 +11,8 @@ MOST_BYTES = 600_000
 
 
 def test_the_page_is_there_after_a_few_requests_and_bytes(browser, server, tmp_path):
-    page_build().build_page(STATIC)  # as an installation does; an edited checkout is served module by module
+    # as an installation does; an edited checkout is served module by module
+    page_build().build_page(STATIC)
     context = browser.new_context()
     page = context.new_page()
     network = context.new_cdp_session(page)

@@ -21,8 +21,10 @@ def live(saved, server):
     activate_despite(server, version)
     camera = CAMERAS[0]["id"]
     with operator.page.expect_response(lambda told: told.url.endswith("/status") and version in told.text(),
-                                       timeout=LONG_MS):  # until then the version before is the active one
-        operator.page.goto(f"{server.url}/#/cameras/{camera}/live")  # from a picture, by its address alone
+                                       # until then the version before is the active one
+                                       timeout=LONG_MS):
+        # from a picture, by its address alone
+        operator.page.goto(f"{server.url}/#/cameras/{camera}/live")
     with operator.page.expect_request("**/cameras/status", timeout=LONG_MS):
         pass  # it is asked again once that answer was taken
     operator.camera = camera

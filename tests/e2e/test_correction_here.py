@@ -64,7 +64,8 @@ def test_every_models_picture_is_what_opencv_makes_of_it(arriving, raw_picture, 
     page = arriving.visit(modules=True).page
     for name, i in examples:
         model = plain_examples(name)[i]
-        raw = cv2.resize(raw_picture, tuple(model.image_size), interpolation=cv2.INTER_LANCZOS4)  # sharp edges
+        # sharp edges
+        raw = cv2.resize(raw_picture, tuple(model.image_size), interpolation=cv2.INTER_LANCZOS4)
         mesh, table = correction_mesh(model, margin_px), correction_map(model, CorrectedView(margin_px))
         height, width = table.raw_x.shape
         address = page.evaluate(DRAWN, {"png": text(cv2.imencode(".png", raw)[1].tobytes()), "mesh": mesh.header(),
@@ -201,7 +202,8 @@ def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would
     page.keyboard.press("c")
     ours = drawn(page)
     activate = "|".join(like(key).pattern for key in ("common.activate-version", "verify.activate-version-anyway"))
-    expect(page.get_by_test_id("next")).to_have_text(re.compile(f"^({activate})"), timeout=LONG_MS)  # checked
+    # checked
+    expect(page.get_by_test_id("next")).to_have_text(re.compile(f"^({activate})"), timeout=LONG_MS)
     page.on("request", lambda request: asked.append(request.url))
     for key in "rwsck":
         page.keyboard.press(key)
@@ -341,7 +343,8 @@ def is_corrected_from_the_raw_stream_alone(page, own_server, active):
         shown = cv2.imdecode(np.frombuffer(sheet.screenshot(), np.uint8), cv2.IMREAD_COLOR)
         want = cv2.resize(cv2.imdecode(np.frombuffer(theirs, np.uint8), cv2.IMREAD_COLOR), shown.shape[1::-1],
                           interpolation=cv2.INTER_AREA)
-        inner = (slice(20, shown.shape[0] // 2), slice(20, -20))  # the badge and the wipe's names stand elsewhere
+        # the badge and the wipe's names stand elsewhere
+        inner = (slice(20, shown.shape[0] // 2), slice(20, -20))
         return float(np.median(np.abs(want.astype(int) - shown)[inner]))
     until(apart, lambda levels: levels < 6)
 

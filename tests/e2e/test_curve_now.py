@@ -16,7 +16,8 @@ def drawn(page, border: str) -> np.ndarray:
 
 def test_a_dragged_points_curve_is_drawn_while_the_server_is_silent_and_is_what_it_would_say(
         operator, server, straight_picture, frame_points):
-    bent = [[x + 8 * ((y - 210) / 140) ** 2, y] for x, y in frame_points["left"]]  # a degree that is worth keeping
+    # a degree that is worth keeping
+    bent = [[x + 8 * ((y - 210) / 140) ** 2, y] for x, y in frame_points["left"]]
     operator.open(straight_picture, "table", "full").click("left", bent)
     page, clicked = operator.page, operator.points("left")
     question = {"axis": "x_of_y", "image_size": [640, 480]}

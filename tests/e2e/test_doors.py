@@ -81,7 +81,8 @@ def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, ser
     touch("touchEnd")
     until(width, lambda now: now == pytest.approx(2 * before, rel=0.05))
     one = t("common.points", count=1)
-    expect(page.get_by_test_id("border-left")).to_contain_text(one)  # the first of two fingers places nothing
+    # the first of two fingers places nothing
+    expect(page.get_by_test_id("border-left")).to_contain_text(one)
     assert len(operator.points("left")) == 1
     context.close()
 

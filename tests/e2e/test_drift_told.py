@@ -60,7 +60,8 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "bad")
     expect(page.get_by_test_id(f"tile-{ID}")).to_contain_text(like("live.wall.off"))
     fix = t("shell.next.fix-camera", camera="Knocked")
-    expect(page.get_by_test_id("next")).to_have_text(fix)  # before any camera is calibrated that is not yet
+    # before any camera is calibrated that is not yet
+    expect(page.get_by_test_id("next")).to_have_text(fix)
     page.screenshot(path=tmp_path / "wall.png")
     page.get_by_test_id("next").click()
     expect(page).to_have_url(re.compile(f"#/cameras/{ID}/drift$"))

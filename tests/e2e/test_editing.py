@@ -156,6 +156,7 @@ def test_an_answer_about_clicks_that_have_gone_is_not_shown(editing):
     with page.expect_response("**/fit/attempt?*") as answer:
         held[0].continue_()
     answer.value.finished()
-    page.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")  # it has been read
+    # it has been read
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
     expect(page.get_by_test_id("verdict")).to_contain_text(t("calibrate.verdict.click-borders"))
     expect(page.get_by_test_id("missing")).to_have_count(0)

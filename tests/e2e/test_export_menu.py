@@ -43,5 +43,6 @@ def test_another_version_is_asked_anew(clicked):
     operator = clicked("polynomial").next("verify")
     page = operator.page
     page.get_by_test_id("exports").locator("summary").click()
-    expect(page.get_by_test_id("cost-opencv")).to_contain_text("mm")  # no lens holds the paper's method
+    # no lens holds the paper's method
+    expect(page.get_by_test_id("cost-opencv")).to_contain_text("mm")
     expect(page.get_by_test_id("cost-csv")).to_have_text(t("versions.export.exact"))

@@ -121,7 +121,8 @@ def test_ends_radii_and_edges_are_dragged_together_or_alone(editor, field_desk):
     editor.get_by_test_id("move-x").fill("-15")  # as taped
     editor.get_by_test_id("move-x").press("Enter")
     editor.get_by_test_id("mark-goal-line-left").click()
-    drag(editor, centre_of(editor, "grip-to"), (0, 20))  # the corner at the top left, down the screen
+    # the corner at the top left, down the screen
+    drag(editor, centre_of(editor, "grip-to"), (0, 20))
     editor.get_by_test_id("mark-halfway-line").click()
     drag(editor, centre_of(editor, "grip-to"), (0, 20), "Alt")
     editor.get_by_test_id("mark-centre-circle").click()
@@ -195,7 +196,8 @@ def test_of_two_who_change_a_field_neither_loses_anything(editor, field_desk):
     editor.keyboard.press("Control+z")
     expect(editor.get_by_test_id("entry-title")).to_have_value("Mine, by page")
     editor.reload()
-    expect(editor.get_by_test_id("entry-title")).to_have_value("Mine, by page")  # it was not saved yet
+    # it was not saved yet
+    expect(editor.get_by_test_id("entry-title")).to_have_value("Mine, by page")
     save(editor, "mine")
     assert field_of(field_desk, "mine")["title"] == "Mine, by page"
     editor.reload()

@@ -17,7 +17,8 @@ BESIDE_STAGE_PX = 17  # beyond a mouse's reach of 12 on the screen, within a fin
 def test_a_tap_beside_a_line_lands_on_its_middle_where_a_click_would_stay(browser, server, straight_picture):
     context = browser.new_context(viewport={"width": 1024, "height": 768}, has_touch=True)
     page = context.new_page()
-    soft = str(straight_picture.with_name("soft.png"))  # as every lens makes it: a hard edge is known to half a pixel
+    # as every lens makes it: a hard edge is known to half a pixel
+    soft = str(straight_picture.with_name("soft.png"))
     cv2.imwrite(soft, cv2.GaussianBlur(cv2.imread(str(straight_picture)), (0, 0), 0.8))
     operator = Operator(page, server).visit(snap=True).open(soft, "table", "full")
     on_line, y = operator.spot(LINE_X, 220)

@@ -69,7 +69,8 @@ def is_told_and_the_page_goes_on(page, server):
     """By a banner that says what to do, and leads to where it is done."""
     (damage,) = server.api("GET", "/health").json()["damaged"]
     page.goto(server.url)
-    told = page.get_by_test_id("problem").filter(has_text=like("shell.problem.damaged"))  # a full disk is told as well
+    # a full disk is told as well
+    told = page.get_by_test_id("problem").filter(has_text=like("shell.problem.damaged"))
     expect(told).to_have_count(1, timeout=LONG_MS)
     page.get_by_test_id("bell").click()
     expect(told).to_contain_text(damage["file"])
@@ -79,4 +80,5 @@ def is_told_and_the_page_goes_on(page, server):
     manual_picture(page, "troubleshooting")
     told.get_by_role("link").click()
     expect(page.get_by_test_id("health-warnings")).to_contain_text(damage["file"])
-    expect(page.get_by_test_id("status")).to_have_attribute("data-level", "bad")  # told as long as it is so
+    # told as long as it is so
+    expect(page.get_by_test_id("status")).to_have_attribute("data-level", "bad")

@@ -45,7 +45,8 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
     page.get_by_text(t("versions.import.beside")).click()
     page.get_by_test_id("import-camera").select_option(camera)
     with page.expect_file_chooser() as chooser:
-        page.get_by_test_id("import-file").focus()  # in the page itself: it knows by then that a chooser is waited for
+        # in the page itself: it knows by then that a chooser is waited for
+        page.get_by_test_id("import-file").focus()
         page.keyboard.press("Enter")
     chooser.value.set_files(file_of("north.yml", data))
     imported = like("versions.import.imported-for", camera="Importing")

@@ -76,7 +76,8 @@ def test_what_is_pointed_at_in_the_picture_stands_in_the_plot(astray):
     x, y = astray.spot(*astray.points("top")[2])
     page.mouse.move(x + 3, y + 2)
     expect(said(page)).to_contain_text(t("common.point-of", feature=titled("markings.top"), number=3))
-    expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", str(7 + 7 + 2))  # left and right come before
+    # left and right come before
+    expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", str(7 + 7 + 2))
     page.mouse.move(x, y + 120)
     expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", "-1")
 
@@ -107,7 +108,8 @@ def test_a_key_is_not_undone_by_figures_that_came_just_before_it(astray):
     page.keyboard.press("Home")
     expect(plot).to_have_attribute("data-at", "0")
     line = plot.locator(".u-cursor-x")
-    until(lambda: line.evaluate("line => new DOMMatrix(line.style.transform).e"), lambda x: x >= 0)  # drawn there
+    # drawn there
+    until(lambda: line.evaluate("line => new DOMMatrix(line.style.transform).e"), lambda x: x >= 0)
     plot.evaluate("""async plot => {
       const how = { bubbles: true, cancelable: true };
       const press = (on, key) => on.dispatchEvent(new KeyboardEvent("keydown", { key, ...how }));

@@ -24,7 +24,8 @@ def test_a_picture_opened_before_the_lists_are_there_stays(page, server, straigh
     held[0].continue_()
     expect(page.get_by_test_id("field")).to_be_visible()
     expect(page.get_by_test_id("field").locator("option")).not_to_have_count(0)
-    expect(page).to_have_url(re.compile(r"#/calibrate/\w+/field$"))  # the address is followed from here on
+    # the address is followed from here on
+    expect(page).to_have_url(re.compile(r"#/calibrate/\w+/field$"))
     page.wait_for_timeout(300)  # for what would close it
     expect(page.get_by_test_id("field")).to_be_visible()
 
@@ -88,7 +89,8 @@ def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operat
     operator.page.keyboard.press("Control+z")  # theirs stands one undo back
     assert operator.points("left") == frame_points["left"][:3]
     operator.page.keyboard.press("Control+y")
-    assert operator.points("left") == frame_points["left"][:2]  # saved, before the other one hears of it
+    # saved, before the other one hears of it
+    assert operator.points("left") == frame_points["left"][:2]
 
     other.click("right", frame_points["right"][:1])
     expect(other.page.get_by_test_id("conflict")).to_be_visible()

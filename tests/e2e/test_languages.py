@@ -37,7 +37,8 @@ ADDRESS = re.compile(r"\w+://.+")  # of a camera: "sim://ssl-div-b (half)"
 ID = re.compile(r"[a-z0-9]+(-[a-z0-9]+)+")
 # "halfway line" is an id in words, and what the server calls it; so are these ids of claims, and parts of their titles.
 SAID = {*MARKINGS.values(), *AREAS.values(), "cameras live", "cameras calibrated"}
-NAMES = UNITS | {"JSON", "PNG", "SSL-Vision", *calendar.month_abbr}  # of no catalogue; the browser writes dates
+# of no catalogue; the browser writes dates
+NAMES = UNITS | {"JSON", "PNG", "SSL-Vision", *calendar.month_abbr}
 
 
 def plain(text: str) -> str:

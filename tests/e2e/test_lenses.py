@@ -12,7 +12,8 @@ def test_the_lens_of_an_earlier_calibration_is_held_and_stays_held(clicked, save
     operator = clicked("brown-conrady").open_lens()
     page, choice = operator.page, operator.page.get_by_test_id("option-lens")
     expect(choice.locator(f"option[value='{earlier['id']}']")).to_be_attached()
-    expect(choice.locator(f"option[value='{other['id']}']")).to_have_count(0)  # another model's lens
+    # another model's lens
+    expect(choice.locator(f"option[value='{other['id']}']")).to_have_count(0)
     choice.select_option(earlier["id"])
     expect(page.get_by_test_id("option-lens_sigma")).to_have_value("0")
     assert operator.draft()["options"] == {"lens": earlier["id"], "lens_sigma": "0"}

@@ -22,7 +22,8 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     expect(page.get_by_test_id("heat-figures")).to_contain_text(
         like("compare.heat.figures.carpet", worst=mm(on_carpet["max"])), timeout=LONG_MS)
     expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{mm(on_carpet['max'])} mm")
-    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)  # it is checked
+    # it is checked
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
     manual_picture(page, "accuracy")
 
     places, sigma = on_carpet["grid"]["places"], on_carpet["grid"]["sigma_mm"]

@@ -22,7 +22,8 @@ def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_c
     shown = page.get_by_test_id("models").locator("td.value").all_inner_texts()
     errors = [float(text.split()[0].replace("\u202f", "")) for text in shown if text not in ("", "–")]
     assert errors == sorted(errors)
-    expect(page.get_by_test_id("no-distortion")).to_have_count(0)  # the lens is a strong one, whichever model has it
+    # the lens is a strong one, whichever model has it
+    expect(page.get_by_test_id("no-distortion")).to_have_count(0)
     page.screenshot(path=tmp_path / "ranked.png")
     recommended = page.get_by_test_id("models").locator("tbody", has_text=t("calibrate.model-table.recommended"))
     page.get_by_test_id("do-use-recommended").click()

@@ -55,7 +55,8 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
             t("network.summary.sent", count=1, total=2, group=way["group"], port=way["port"], interface="lo"))
         assert len(listener.Packet.FromString(ear.receive().data).geometry.calib) == 1
 
-        expect(page.get_by_role("cell", name="both have camera number 0")).to_be_visible()  # the notice says it, too
+        # the notice says it, too
+        expect(page.get_by_role("cell", name="both have camera number 0")).to_be_visible()
         page.get_by_test_id("number-east").fill("1")
         with page.expect_response(lambda r: r.request.method == "GET" and r.url.endswith("/publishing/heard")):
             pass  # the panel is drawn again while the number is being typed
@@ -83,7 +84,8 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
                 has_text=t("network.kept", number=0, sender="127.0.0.1", version=2, camera="overhead"))
             press_activate(page, notice.get_by_role("button", name=t("network.kept.activate")))
             ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6))
-            expect(page.get_by_test_id("contradiction")).to_have_count(0, timeout=LONG_MS)  # both say the same now
+            # both say the same now
+            expect(page.get_by_test_id("contradiction")).to_have_count(0, timeout=LONG_MS)
 
         page.get_by_test_id("publish").click()
         expect(state).to_have_attribute("data-state", "off")

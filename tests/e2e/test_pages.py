@@ -157,7 +157,8 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
     press_activate(page, row(second).get_by_test_id("shelf-activate"))
     expect(row(second)).to_have_attribute("data-active", "true")
     old.comes()
-    assert row(second).get_attribute("data-active") == "true"  # the list after the note is no news any more
+    # the list after the note is no news any more
+    assert row(second).get_attribute("data-active") == "true"
 
     for version in (first, second):
         row(version).get_by_test_id("shelf-compare").check()
@@ -207,13 +208,15 @@ def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operat
     page.get_by_test_id("do-watch-board").click()
     views = page.get_by_test_id("captured-view")
     expect(views.nth(1)).to_be_visible(timeout=LONG_MS)
-    expect(page.locator(".captured circle")).to_have_count(54, timeout=LONG_MS)  # the corners, over the live picture
+    # the corners, over the live picture
+    expect(page.locator(".captured circle")).to_have_count(54, timeout=LONG_MS)
     expect(page.locator(".captured .wanted polygon")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("sentence")).to_contain_text("Hold the board", timeout=LONG_MS)
     page.screenshot(path=tmp_path / "held.png")
     page.reload()
     expect(views.nth(1)).to_be_visible(timeout=LONG_MS)
-    expect(views).to_have_count(6, timeout=LONG_MS)  # each pose once, those before the reload as well
+    # each pose once, those before the reload as well
+    expect(views).to_have_count(6, timeout=LONG_MS)
     page.keyboard.press("k")
     expect(page.get_by_test_id("do-capture")).to_contain_text(t("board.capture.start-automatic"))
     time.sleep(3)  # a whole pose goes by
@@ -236,7 +239,8 @@ def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere_and_no_
         wait_until_held(page, asked)
         page.evaluate(written, "#/cameras/overhead/live")
         expect(page.get_by_test_id("live-desk")).to_be_visible()
-    page.evaluate("() => fetch('/api/v1/health').then((r) => r.text())")  # by now the answer has been read
+    # by now the answer has been read
+    page.evaluate("() => fetch('/api/v1/health').then((r) => r.text())")
     expect(page.get_by_test_id("look-corrected")).to_be_visible(timeout=LONG_MS)
     assert page.url.endswith("#/cameras/overhead/live")
     assert page.evaluate("window.written") == []  # a reload or the way back meets no other

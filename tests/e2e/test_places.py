@@ -52,7 +52,8 @@ class Finger:
         expect(control).to_be_visible(timeout=LONG_MS)
         control.scroll_into_view_if_needed()
         box = control.bounding_box()
-        assert min(box["width"], box["height"]) >= 24, f"{name} is {box['width']} × {box['height']} px"  # WCAG 2.5.8
+        # WCAG 2.5.8
+        assert min(box["width"], box["height"]) >= 24, f"{name} is {box['width']} × {box['height']} px"
         control.tap()
 
     def choose(self, name: str, value: str) -> None:

@@ -57,7 +57,8 @@ def test_a_point_snaps_though_the_next_one_is_pressed_already_when_the_answer_co
     """A quick hand on a slow network."""
     page, held = snapping.page, []
 
-    def is_asked(request):  # about the point that was put, to a hundredth; looks ahead are about where the pointer is
+    # about the point that was put, to a hundredth; looks ahead are about where the pointer is
+    def is_asked(request):
         return request.url.endswith("/snap") and request.post_data_json["points"] == [[83, 150]]
 
     page.route("**/snap", lambda route: held.append(route) if is_asked(route.request) else route.continue_())
@@ -68,7 +69,8 @@ def test_a_point_snaps_though_the_next_one_is_pressed_already_when_the_answer_co
     with page.expect_response(lambda answer: is_asked(answer.request)) as answer:
         held[0].continue_()
     answer.value.finished()
-    page.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")  # it has been read
+    # it has been read
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
     page.mouse.up()
     left(snapping, (MIDDLE, 150), (MIDDLE, 300))
 

@@ -63,7 +63,8 @@ def active(server, camera: str) -> dict:
     pytest.param(lambda button: button.click(), id="mouse")])
 @pytest.mark.parametrize(("picture_of", "level"), [
     pytest.param(drawn(HALF), "good", id="drawn"),
-    long(of_2008, "poor")])  # its touch lines are painted 35 mm beside those of the rules, and the page warns
+    # its touch lines are painted 35 mm beside those of the rules, and the page warns
+    long(of_2008, "poor")])
 def test_half_of_a_field_is_active_after_two_presses(new_context, server, hall, picture_of, level, press, tmp_path):
     operator = Operator(new_context().new_page(), server)
     camera = hall(picture_of)

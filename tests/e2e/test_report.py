@@ -72,5 +72,6 @@ def test_the_page_opens_the_report_of_the_saved_version_and_nothing_in_it_is_wid
     expect(report.get_by_role("heading", level=1)).to_contain_text("Calibration of", timeout=LONG_MS)
     assert Path(report.url).name == "report.html" and calibration["id"] in report.url
     manual_picture(report, "reports")
-    report.set_viewport_size({"width": 690, "height": 900})  # 184 mm at 96 dots an inch, with little to spare
+    # 184 mm at 96 dots an inch, with little to spare
+    report.set_viewport_size({"width": 690, "height": 900})
     assert report.evaluate("() => document.documentElement.scrollWidth <= document.documentElement.clientWidth")

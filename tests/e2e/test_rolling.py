@@ -53,7 +53,8 @@ def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server):
     expect(last).to_have_attribute("data-level", "left-out")
     expect(last).to_contain_text(t("rolling.roll.left-out"))
     assert server.api("GET", "/cameras/rolling/rolls").json()["items"][0]["left_out"]
-    expect(page.get_by_test_id("do-take-roll")).to_be_enabled()  # the list may be told before the deed is answered
+    # the list may be told before the deed is answered
+    expect(page.get_by_test_id("do-take-roll")).to_be_enabled()
     page.keyboard.press("Control+z")
     expect(last).not_to_contain_text(t("rolling.roll.left-out"))
     assert not server.api("GET", "/cameras/rolling/rolls").json()["items"][0]["left_out"]
@@ -62,7 +63,8 @@ def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server):
 @pytest.mark.long
 def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, server):
     page = rolling
-    expect(page.locator(AGREEING).nth(5)).to_be_visible(timeout=LONG_MS)  # of the first three, one may disagree
+    # of the first three, one may disagree
+    expect(page.locator(AGREEING).nth(5)).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("rolls-kind").select_option("division")
     page.get_by_test_id("do-fit-rolls").click()
     expect(page.get_by_test_id("rolls-made")).to_contain_text(t("rolling.made.lens"), timeout=LONG_MS)

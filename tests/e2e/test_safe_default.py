@@ -84,9 +84,11 @@ def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibratio
             page.screenshot(path=tmp_path / "verify.png")
     made = next(c for c in own_server.api("GET", "/calibrations").json()["items"] if c["id"] not in before)
     carpet_mm, hat_mm = true_mm(own_server, made)
-    told_mm = made["report"]["sigma_mm"]["hat"]["rms"]  # of a height that nobody has measured: 5 to 7
+    # of a height that nobody has measured: 5 to 7
+    told_mm = made["report"]["sigma_mm"]["hat"]["rms"]
     assert carpet_mm < TRUE_MM and hat_mm < 2 * told_mm < 4 * TRUE_MM, (carpet_mm, hat_mm, told_mm)
-    calibrate_next = t("common.calibrate-camera", camera=CAMERAS[1]["name"])  # the next one without an active version
+    # the next one without an active version
+    calibrate_next = t("common.calibrate-camera", camera=CAMERAS[1]["name"])
     expect(go).to_have_text(calibrate_next)
     press(page, go)
     arriving.is_at("points")

@@ -101,7 +101,8 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     middle = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
     operator.wait_for_picture()
     near = pytest.approx(middle, abs=8)  # screen px
-    until(lambda: operator.spot(*pixel), lambda at: at == near)  # its versions are looked for before
+    # its versions are looked for before
+    until(lambda: operator.spot(*pixel), lambda at: at == near)
 
 
 def test_a_model_without_rays_says_why_there_is_no_camera(operator, kept):

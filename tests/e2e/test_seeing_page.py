@@ -84,7 +84,8 @@ def click_at(page, x, y):
 
 def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time(page, server, play, tmp_path):
     rows = page.get_by_test_id("seen-row")
-    expect(page.get_by_role("columnheader", name="x mm")).to_be_visible(timeout=LONG_MS)  # the calibration is in use
+    # the calibration is in use
+    expect(page.get_by_role("columnheader", name="x mm")).to_be_visible(timeout=LONG_MS)
     expect(rows.nth(len(play.robots) - 1)).to_be_visible(timeout=LONG_MS)
     (team, number), robot = next(iter(play.robots.items()))
     row = rows.filter(has=page.get_by_role("rowheader", name=f"{team.capitalize()} {number}", exact=True))
@@ -104,13 +105,15 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     expect(page.locator("[data-view=stage-colours] [data-testid=stage-live-colours]")).not_to_have_attribute(
         "data-seq", "0", timeout=LONG_MS)
     page.get_by_test_id("options-ball").click()
-    old = OldAnswer(page, "**/api/v1/cameras/seer/seeing").made()  # a page looks every three seconds
+    # a page looks every three seconds
+    old = OldAnswer(page, "**/api/v1/cameras/seer/seeing").made()
     page.get_by_test_id("stage-ball-most").fill("3")
     with page.expect_response(lambda answer: answer.request.method == "PUT"):
         page.get_by_test_id("stage-ball-most").blur()
     expect(page.get_by_test_id("plan")).to_have_value("")
     old.comes()
-    assert page.get_by_test_id("plan").input_value() == ""  # what was asked before is no news any more
+    # what was asked before is no news any more
+    assert page.get_by_test_id("plan").input_value() == ""
     page.screenshot(path=tmp_path / "stages.png")
     page.evaluate(axe_path().read_text())
     assert grave(page) == []

@@ -155,7 +155,8 @@ def test_a_stray_click_is_named_and_can_be_removed(operator, straight_picture, f
     removal = page.get_by_test_id("remove-stray").first
     with holding(page, "**/fit/attempt*", "POST"):
         operator.click("right", [[560, 320]])
-        expect(removal).to_have_attribute("aria-disabled", "true")  # it speaks of the points of before
+        # it speaks of the points of before
+        expect(removal).to_have_attribute("aria-disabled", "true")
     removal.click()
     expect(page.locator(".point.stray")).to_have_count(0)
     assert operator.points("left") == frame_points["left"]

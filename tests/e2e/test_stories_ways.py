@@ -110,7 +110,8 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
     page.get_by_test_id("next").tap()
     expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     operator.wait_for_picture()
-    taps = {border: frame_points[border][:5] for border in BORDERS}  # a finger near a corner takes hold of its point
+    # a finger near a corner takes hold of its point
+    taps = {border: frame_points[border][:5] for border in BORDERS}
     for border in BORDERS:
         page.get_by_test_id(f"border-{border}").tap()
         for x, y in taps[border]:

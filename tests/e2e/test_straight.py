@@ -116,7 +116,8 @@ def test_a_straight_picture_is_said_to_be_straight_and_a_reload_goes_on(desk, dr
     desk.reload()
     expect(verdict).to_contain_text("No significant distortion", timeout=LONG_MS)
     expect(desk.get_by_test_id("edge").first).to_be_attached()
-    desk.get_by_test_id("straight-kind").select_option("brown-conrady")  # the report is of another question now
+    # the report is of another question now
+    desk.get_by_test_id("straight-kind").select_option("brown-conrady")
     expect(verdict).to_have_count(0)
     desk.get_by_test_id("next").click()
     expect(verdict).to_be_visible(timeout=LONG_MS)
@@ -129,7 +130,8 @@ def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(d
     expect(desk.get_by_test_id("straight-refusal")).to_contain_text("more straight edges", timeout=LONG_MS)
     desk.screenshot(path=tmp_path / "refused.png")
     desk.get_by_role("button", name=t("lens-pictures.remove-all")).click()
-    grain = np.random.default_rng(1).normal(0, 10, (480, 640, 3))  # which takes long to look through
+    # which takes long to look through
+    grain = np.random.default_rng(1).normal(0, 10, (480, 640, 3))
     before = jobs_so_far(server)
     judge(desk, [drawn(f"{n}.png", np.clip(bars_behind(shade=90 + n) + grain, 0, 255).astype(np.uint8))
                  for n in range(24)])

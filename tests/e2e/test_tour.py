@@ -93,7 +93,8 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page.get_by_test_id("take-tour").click()
     page.get_by_test_id("tour-ahead").click()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
-    expect(page.get_by_test_id("tour-waits")).to_contain_text(like("help.tour.not-open"))  # and nothing is locked
+    # and nothing is locked
+    expect(page.get_by_test_id("tour-waits")).to_contain_text(like("help.tour.not-open"))
     page.get_by_test_id("tour-leave").click()
     expect(page.get_by_test_id("tour")).to_have_count(0)
     page.reload()
@@ -102,8 +103,10 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page.keyboard.press("F2")
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
     page.reload()
-    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")  # a reload does not end it
-    page.get_by_test_id("camera-overhead").click()  # nor does the work wait for it: it goes on with it
+    # a reload does not end it
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
+    # nor does the work wait for it: it goes on with it
+    page.get_by_test_id("camera-overhead").click()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "drawing", timeout=LONG_MS)
     expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
     ring = until(lambda: page.get_by_test_id("tour-ring").bounding_box(), lambda box: box is not None)
@@ -122,7 +125,8 @@ def test_by_finger_on_a_telephone_the_tour_stands_below_the_picture(browser, cli
     page.get_by_test_id("help").tap()
     page.get_by_test_id("take-tour").tap()
     page.get_by_test_id("close-help").tap()
-    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")  # the cameras are not in sight
+    # the cameras are not in sight
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
     page.get_by_test_id("tour-ahead").tap()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "drawing")
     box = page.get_by_test_id("tour").bounding_box()

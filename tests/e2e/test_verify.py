@@ -35,7 +35,8 @@ def kept(server):
         source = source_from_url(settings["source"], SourceContext(fields={field.name: field}))
         region = field.region(settings["region"])
         taken = until(lambda: server.api("POST", "/snapshots", json={"camera": camera}),
-                      lambda answer: answer.status_code != 503)  # until then the camera's process is starting
+                      # until then the camera's process is starting
+                      lambda answer: answer.status_code != 503)
         answer = server.api("POST", "/calibrations", json={
             "field": field.name, "region": region.name, "model": model, "options": options,
             "snapshot": taken.json()["id"], "camera": camera, "observations": [
@@ -133,7 +134,8 @@ def leaving_ends_the_checks_and_a_refused_one_is_unknown(operator):
     page.reload()
     operator.is_at("verify")
     state(page, "lines", "running")
-    expect(page.get_by_test_id("check-accuracy")).to_be_visible()  # what needs no picture is there at once
+    # what needs no picture is there at once
+    expect(page.get_by_test_id("check-accuracy")).to_be_visible()
     expect(page.get_by_test_id("next")).to_have_text(t("verify.checking"))
     page.get_by_test_id("step-points").click()
     expect(page.get_by_test_id("checklist")).to_have_count(0)
@@ -148,7 +150,8 @@ def leaving_ends_the_checks_and_a_refused_one_is_unknown(operator):
 def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, tmp_path):
     good = kept("overhead", "brown-conrady", **TAPED)
     activate(server, good)
-    bad = kept("overhead", "polynomial")  # by its borders alone: lines inside the field are misplaced
+    # by its borders alone: lines inside the field are misplaced
+    bad = kept("overhead", "polynomial")
     page = before(bad).page
     primary, warning = page.get_by_test_id("next"), page.get_by_test_id("activation-warning")
     expect(primary).to_have_text(t("verify.activate-version-anyway", version=bad["version"]), timeout=LONG_MS)
@@ -162,7 +165,8 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
     page.keyboard.press("Enter")
     expect(warning).to_be_visible()
     expect(page.get_by_test_id("activate-cancel")).to_be_focused()
-    expect(warning).to_contain_text(re.compile("misplaced|not detected"))  # as the robots cover them
+    # as the robots cover them
+    expect(warning).to_contain_text(re.compile("misplaced|not detected"))
     expect(warning.get_by_test_id("against-accuracy")).to_be_visible()
     assert not grave(page)
     page.screenshot(path=tmp_path / "warning.png")

@@ -28,7 +28,8 @@ for name in names:
     import_module(name)
 print(len(names))
 """
-FOUND = {"snapshots", "calibrations", "drafts", "cameras", "fields", "jobs", "rigs"}  # of which there is one
+# of which there is one
+FOUND = {"snapshots", "calibrations", "drafts", "cameras", "fields", "jobs", "rigs"}
 
 
 @pytest.fixture(scope="module")

@@ -53,8 +53,8 @@ def follow(copy: Path, text: str) -> list[tuple[str, str, str]]:
     lines = re.findall(r"```python\n(    \".*?\n)```", text)
     assert len(tables) == len(lines) > 0
     for (table, name), line in zip(tables, lines, strict=True):
-        code, count = re.subn(rf"^({table}(?:: \S+)? = .*?)^( *\}})", rf"\1{line}\2", (copy / name).read_text(), count=1,
-                              flags=re.MULTILINE | re.DOTALL)
+        code, count = re.subn(rf"^({table}(?:: \S+)? = .*?)^( *\}})", rf"\1{line}\2",
+                              (copy / name).read_text(), count=1, flags=re.MULTILINE | re.DOTALL)
         assert count == 1
         (copy / name).write_text(code)
     return [(table, name, line) for (table, name), line in zip(tables, lines, strict=True)]

@@ -10,7 +10,8 @@ import pytest
 from tests.support.paths import PACKAGE, ROOT, STATIC
 from tests.support.words import BANNED
 
-PAGES = [page for page in sorted((STATIC / "help").glob("*.md")) if page.name != "changelog.md"]  # tells of old words
+# tells of old words
+PAGES = [page for page in sorted((STATIC / "help").glob("*.md")) if page.name != "changelog.md"]
 CODE = re.compile(r"```.*?```|`[^`]*`|\]\([^)]*\)|\{[a-z_]+[:!}]", re.DOTALL)  # values too
 SENTENCE = re.compile(r"[a-z] [a-z]")
 

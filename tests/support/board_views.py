@@ -12,7 +12,8 @@ from touchline.models.intrinsics import Intrinsics, lens_difference
 from touchline.models.rotation import matrix_from_vector
 
 SIZE = ImageSize(1280, 1024)
-BOARD = Board("chessboard", 10, 10, 100.0)  # nearly a metre: what the field's builders print on a stiff plate
+# nearly a metre: what the field's builders print on a stiff plate
+BOARD = Board("chessboard", 10, 10, 100.0)
 TRUTH = Intrinsics("brown-conrady", (-0.28, 0.09, 0.0006, -0.0004, 0, 0, 0, 0), 900.0, 1.0, (652.0, 498.0), SIZE)
 FISHEYE = Intrinsics("fisheye", (-0.02, 0.004, -0.001, 0.0), 420.0, 1.0, (645.0, 505.0), SIZE)
 TRIES = 50  # poses at a time, of which those inside the picture stay

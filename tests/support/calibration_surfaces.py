@@ -17,7 +17,8 @@ def sound(answer: Any, *expected: int) -> Any:
     """Return an answer's JSON, or None of another kind; no error of the server, no NaN, each refusal with its fix."""
     assert answer.status_code < 500, answer.text
     if answer.status_code >= 400:
-        assert refusal(answer)["type"] != "/problems/foreign-covariance", answer.text  # it is this calibration's own
+        # it is this calibration's own
+        assert refusal(answer)["type"] != "/problems/foreign-covariance", answer.text
         assert not expected or answer.status_code in expected, answer.text
         return None
     assert not expected or answer.status_code in expected, answer.text

@@ -65,7 +65,8 @@ class World:
     def points(self, change: Callable[[np.ndarray], np.ndarray] = lambda px: px) -> tuple[Observation, ...]:
         """Points on the markings as they are painted. change: of their pixels."""
         rng, found = np.random.default_rng([self.seed, 37]), []
-        paint = painted(self.field, self.spec.paint, np.random.default_rng([self.seed, 11]))  # as render() has it
+        # as render() has it
+        paint = painted(self.field, self.spec.paint, np.random.default_rng([self.seed, 11]))
         for marking in paint.markings:
             along = marking.sample(4 * EACH_MARKING)
             pixels = change(self.camera.project(np.column_stack([along, np.zeros(len(along))])))

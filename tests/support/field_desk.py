@@ -4,7 +4,8 @@ import re
 
 from playwright.sync_api import Page, expect
 
-OBLIQUE = "?size=640x512&fps=5&robots=0&tilt=15&lens=mild"  # from straight above no picture tells the height
+# from straight above no picture tells the height
+OBLIQUE = "?size=640x512&fps=5&robots=0&tilt=15&lens=mild"
 
 
 def field_of(desk, name: str) -> dict:

@@ -72,7 +72,8 @@ class GvCamera:
         self._process = subprocess.Popen([GV_CAMERA, "-i", "127.0.0.1", "-s", self.SERIAL, *self._options],
                                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=_end_with_us)
         with closing(opened("aravis://127.0.0.1?fps=200")) as camera:
-            for side in ("width", "height"):  # it sends a picture at one go: small ones fit into any socket's buffer
+            # it sends a picture at one go: small ones fit into any socket's buffer
+            for side in ("width", "height"):
                 camera.set_control(side, 256)
             # It numbers its pictures from 65400, and a client that comes just before 65535 takes all for late ones up
             # to there; so past that before the test begins.

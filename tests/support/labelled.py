@@ -90,7 +90,8 @@ def tallies(labels: dict) -> dict[str, Tally]:
     sight = sight_for(labels)
     for entry in labels["test"]:
         pixels = picture(entry)
-        seen = StagePipeline(sight.config, sight.context).process(pixels).detections.items  # knows no frame before it
+        # knows no frame before it
+        seen = StagePipeline(sight.config, sight.context).process(pixels).detections.items
         for kind, colour in kinds.items():
             told = [d.pixel for d in seen if (d.kind == "ball") == (kind == "ball") and d.team in (kind, None)]
             _match(found[kind], told, entry.get(colour, []), labels["match_px"], entry.get("ignore", []))

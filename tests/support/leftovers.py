@@ -13,14 +13,17 @@ from touchline.processes.limits import return_memory
 from touchline.processes.start import REAPER
 
 CACHES = (".", "__pycache__",  # of hatch_build.py, which lies there
-          "build")  # the page's libraries and the type checker, fetched by the first test that needs them
-OF_LIBRARIES = ("Dask-Callback-Thread", "asyncio_")  # Dask's, and those of Playwright's loop: as long as Python runs
+          # the page's libraries and the type checker, fetched by the first test that needs them
+          "build")
+# Dask's, and those of Playwright's loop: as long as Python runs
+OF_LIBRARIES = ("Dask-Callback-Thread", "asyncio_")
 
 
 def leftovers() -> set[str]:
     """Everything that could have been left, each in a few words. Caches, most with a dot before, do not count."""
     threads = {f"thread {thread.ident}: {thread.name}" for thread in threading.enumerate()
-               if not thread.name.startswith((*OF_LIBRARIES, REAPER))}  # whose process counts itself
+               # whose process counts itself
+               if not thread.name.startswith((*OF_LIBRARIES, REAPER))}
     files = {f"file {path}" for path in ROOT.iterdir() if not path.name.startswith(CACHES)}
     return _children() | threads | files
 
@@ -41,7 +44,8 @@ def _children() -> set[str]:
     for thread in Path("/proc/self/task").iterdir():
         for pid in _read(thread / "children").split():
             words = words_of(Path("/proc", pid))
-            if words and FOLDER_PREFIX not in words and int(pid) not in standing_pids():  # those that serve all tests
+            # those that serve all tests
+            if words and FOLDER_PREFIX not in words and int(pid) not in standing_pids():
                 found.add(f"process {pid}: {words[:100]}")
     return found
 

@@ -15,8 +15,10 @@ from tests.support.waiting import until
 PICTURES = ROOT / "static" / "help" / "img"
 WRITES = bool(os.environ.get("TOUCHLINE_MANUAL_PICTURES"))
 QUALITY = 65  # of WebP: small text is readable, and a picture of the whole page takes 50 kB
-COARSE = (48, 30)  # what a live picture shows disappears at this size, the layout of a page does not
-MIN_LIKENESS = 0.65  # of the same page: 0.97, in another font 0.7 to 0.98; of most pages moved by 60 px: below 0.6
+# what a live picture shows disappears at this size, the layout of a page does not
+COARSE = (48, 30)
+# of the same page: 0.97, in another font 0.7 to 0.98; of most pages moved by 60 px: below 0.6
+MIN_LIKENESS = 0.65
 
 
 def manual_picture(shown: Page | Locator, name: str) -> None:

@@ -42,7 +42,8 @@ class MjpegCamera:
         self.hangs_up = False  # after every single picture
         self.redirect = ""
         self.status = "200 OK"
-        self.parts: Callable[[int], Iterable[bytes]] = lambda n: [coded(n, self.size)]  # what is sent for the n-th
+        # what is sent for the n-th
+        self.parts: Callable[[int], Iterable[bytes]] = lambda n: [coded(n, self.size)]
         self.connections = 0
         self.requests: list[tuple[str, dict[str, str]]] = []
         self._lines: set[socket.socket] = set()

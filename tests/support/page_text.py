@@ -13,7 +13,8 @@ WORD = re.compile(r"[^\W\d_]{2,}")
 UNITS = {"mm", "px", "ms", "min", "kB", "MB", "GB", "Hz", "rms", "Touchline", "id"}
 SHOWN = {"aria-label", "title", "placeholder", "alt", "label", "about", "aria-description", "aria-valuetext",
          "aria-roledescription"}  # attributes
-SAID = {"label", "short", "text", "fix", "title", "sentence", "missing", "placeholder"}  # properties
+# properties
+SAID = {"label", "short", "text", "fix", "title", "sentence", "missing", "placeholder"}
 UNSEEN = {"class", "style", "d", "viewBox", "transform", "points", "data-testid", "href", "key", "sandbox", "font"}
 # Two words, or a word with a capital, or the end of a sentence.
 PROSE = re.compile(r"[^\W\d_]{2,}[,;:.]? [^\W\d_]{2,}|^[A-Z][a-z]+\W*$|^[A-Z ].*[a-z][.…?]$")
@@ -34,7 +35,8 @@ class Markup:
     state: str = "text"
     attribute: str = ""
     quote: str = ""
-    texts: list[tuple[str | None, str]] = field(default_factory=list)  # (attribute, or None: a text; what stands there)
+    # (attribute, or None: a text; what stands there)
+    texts: list[tuple[str | None, str]] = field(default_factory=list)
 
     def read(self, markup: str) -> None:
         """Go on through a stretch of markup without values."""

@@ -82,7 +82,8 @@ def _matrix_of_six_rows(data: bytes) -> np.ndarray:
         inner = zlib.decompress(data[place + 8:place + 8 + size])
         for at in range(0, len(inner) - 24, 4):
             kind, rows, columns = (int.from_bytes(inner[at + i:at + i + 4], "little") for i in (0, 8, 12))
-            if kind == 5 and rows == 6 and 4 < columns < 100:  # dimensions: int32, 8 bytes, then name, then doubles
+            # dimensions: int32, 8 bytes, then name, then doubles
+            if kind == 5 and rows == 6 and 4 < columns < 100:
                 name = at + 16
                 small = int.from_bytes(inner[name + 2:name + 4], "little")
                 values = name + 8 if small or not int.from_bytes(inner[name + 4:name + 8], "little") else name + 16

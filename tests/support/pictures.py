@@ -53,7 +53,8 @@ def compressed_zeros(count: int) -> bytes:
     head = maker.compress(b"") + maker.flush(Z_FULL_FLUSH)
     block = maker.compress(bytes(1 << 20)) + maker.flush(Z_FULL_FLUSH)
     tail = (maker.compress(bytes(rest)) + maker.flush(Z_FINISH))[:-4]
-    adler = (count % 65521) << 16 | 1  # RFC 1950, section 8.2: of zeros, the first sum stays 1, the second counts them
+    # RFC 1950, section 8.2: of zeros, the first sum stays 1, the second counts them
+    adler = (count % 65521) << 16 | 1
     return head + block * blocks + tail + struct.pack(">I", adler)
 
 
@@ -76,7 +77,8 @@ def jpeg_segment(marker: int, body: bytes) -> bytes:
 # Exif with one tag: whoever shows the picture is to turn it by 90°.
 EXIF = b"MM\0*" + struct.pack(">IHHHIHHI", 8, 1, 0x0112, 3, 1, 6, 0, 0)
 TURN = jpeg_segment(0xE1, b"Exif\0\0" + EXIF)
-COMMENTS = jpeg_segment(0xFE, b"\xff\xc4" + bytes(65_531)) * 2  # what looks like a table in them is none
+# what looks like a table in them is none
+COMMENTS = jpeg_segment(0xFE, b"\xff\xc4" + bytes(65_531)) * 2
 TURNED = {  # what stands between a JPEG's first marker and its second
     "Exif": TURN, "Exif behind comments": COMMENTS + TURN, "Exif behind fill bytes": b"\xff" * 9 + TURN,
     "Exif behind another": jpeg_segment(0xE1, b"http://ns.adobe.com/xap/1.0/\0") + TURN,
@@ -134,7 +136,8 @@ def gif(width: int = 60_000, height: int = 60_000) -> bytes:
             + struct.pack("<HHHHB", 0, 0, width, height, 0) + b"\2\2D\1\0;")
 
 
-HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {  # what it is: (its bytes, the reason it is refused for)
+# what it is: (its bytes, the reason it is refused for)
+HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     "nothing": (lambda: b"", "empty-image"),
     "one byte": (lambda: b"\x89", "unknown-image-format"),
     "text": (lambda: b"Not a picture.\n" * 10, "unknown-image-format"),

@@ -47,7 +47,8 @@ class Webcam:
     def __init__(self) -> None:
         self.there, self.gone = True, False
         self.sets: list[tuple[int, float]] = []
-        self.always_decodes = False  # a driver for which compressed pictures cannot be kept as they come
+        # a driver for which compressed pictures cannot be kept as they come
+        self.always_decodes = False
         self.damaged = 0  # so many compressed pictures, from now on, have lost their end
         self.values = {cv2.CAP_PROP_FRAME_WIDTH: 640.0, cv2.CAP_PROP_FRAME_HEIGHT: 480.0, cv2.CAP_PROP_FPS: 30.0,
                        cv2.CAP_PROP_EXPOSURE: 156.0, cv2.CAP_PROP_AUTO_EXPOSURE: 3.0, cv2.CAP_PROP_GAIN: 64.0,
@@ -99,7 +100,8 @@ class Webcam:
         if self.damaged:
             self.damaged -= 1
             data = data[:-40]
-        return True, np.frombuffer(data + bytes(4000), np.uint8)[None]  # a buffer is longer than what is in it
+        # a buffer is longer than what is in it
+        return True, np.frombuffer(data + bytes(4000), np.uint8)[None]
 
     def release(self) -> None:
         self.there = False

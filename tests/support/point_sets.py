@@ -169,7 +169,8 @@ SETS: dict[str, Callable[[View], Observations]] = {
                                                          "points": [[300.0, 200.0]]}] * 5,
 }
 USUAL = ("four corners", "corners and centre", "a grid of positions", "four borders", "circle and corners",
-         "corners and one border", "corners on the carpet and above it", "no border")  # which most models fit
+         # which most models fit
+         "corners and one border", "corners on the carpet and above it", "no border")
 
 
 def options_of(option: Option) -> st.SearchStrategy[Any]:

@@ -36,7 +36,8 @@ class PostgresServer:
         assert found is not None
         self._bin = found
         self._as = _unprivileged()
-        self._home = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))  # pytest's folders are for their owner alone
+        # pytest's folders are for their owner alone
+        self._home = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))
         self._folder = self._home / "cluster"
         if self._as:
             os.chown(self._home, *self._as)

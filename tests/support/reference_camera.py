@@ -13,7 +13,8 @@ from touchline.sources.sim.camera import LENSES, Lens, SimCamera
 SIZE = ImageSize(1280, 1024)
 FOCAL_PX = 720.0
 HEIGHT_MM = 4150.0
-TILT_AZIMUTH_DEG = 25.0  # of the tilt's axis from the picture's x; at 0 or 90 one direction alone would shrink
+# of the tilt's axis from the picture's x; at 0 or 90 one direction alone would shrink
+TILT_AZIMUTH_DEG = 25.0
 
 
 def reference_field() -> Field:

@@ -91,7 +91,8 @@ def main():
             try:
                 work(folder, int(line))
             finally:
-                os._exit(1)  # a child ends by being killed; anything else is an error that its parent tells
+                # a child ends by being killed; anything else is an error that its parent tells
+                os._exit(1)
         _, status = os.waitpid(child, 0)
         say("end", str(os.waitstatus_to_exitcode(status)))
 

@@ -16,7 +16,8 @@ from tests.support.paths import TESTS
 SECONDS = TESTS / "seconds.tsv"
 LIMITS_S = {
     "default": 0.5,
-    "smallest": 4.0,  # of the default tier all the same: the smallest example of what nothing quicker shows
+    # of the default tier all the same: the smallest example of what nothing quicker shows
+    "smallest": 4.0,
     "story": 40.0,    # of the default tier, in a browser
     "merge": 120.0,
 }

@@ -86,6 +86,7 @@ def jobs_so_far(server) -> set[str]:
 
 def newest_job(server, kind: str, state: str, seconds: float = LONG_S, besides: Collection[str] = ()) -> dict:
     """The newest job, once it is of this kind and in this state and none of those that were there before."""
-    return until(lambda: next(iter(server.api("GET", "/jobs").json()["items"]), {}),  # of a new server there is none
+    # of a new server there is none
+    return until(lambda: next(iter(server.api("GET", "/jobs").json()["items"]), {}),
                  lambda job: (job.get("kind"), job.get("state")) == (kind, state)
                  and job["id"] not in besides, seconds)

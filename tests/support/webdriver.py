@@ -22,14 +22,16 @@ from tests.support.waiting import LONG_S, until
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # the key under which WebDriver names an element
 SCRIPT_MS = 60_000
 STEP_MS, STEPS = 30, 8  # of a drag
-LOCALE = "en_GB.UTF-8"  # whether it is installed or not: WebKit would call the plain one the language "C"
+# whether it is installed or not: WebKit would call the plain one the language "C"
+LOCALE = "en_GB.UTF-8"
 END_S = 30
 MINI_BROWSERS = "lib/*/webkit2gtk-4.*/MiniBrowser"
 CONTROL, ESCAPE, ENTER = "\ue009", "\ue00c", "\ue007"
 # What Firefox would fetch, ask or show by itself; a port of 0 is a free one, which it writes into its profile.
 PREFERENCES = {
     "marionette.port": 0, "remote.prefs.recommended": True, "webgl.force-enabled": True, "network.proxy.type": 0,
-    "gfx.canvas.accelerated": False,  # in software it is none, and reading such a canvas back yields black
+    # in software it is none, and reading such a canvas back yields black
+    "gfx.canvas.accelerated": False,
     "intl.accept_languages": "en-GB, en",
     "browser.shell.checkDefaultBrowser": False, "browser.aboutwelcome.enabled": False, "app.update.enabled": False,
     "datareporting.policy.dataSubmissionEnabled": False, "toolkit.telemetry.enabled": False,

@@ -9,7 +9,8 @@ from tests.support.paths import STATIC
 
 WORDS = STATIC / "core" / "words"
 CATALOGUES = sorted((WORDS / "en").glob("*.js"))
-OTHERS = {"de": sorted((WORDS / "de").glob("*.js"))}  # languages whose catalogues have what the English ones have
+# languages whose catalogues have what the English ones have
+OTHERS = {"de": sorted((WORDS / "de").glob("*.js"))}
 STATEMENTS = {"de": sorted((WORDS / "de" / "statements").glob("*.js"))}
 ENTRY = re.compile(r'^  "([^"]+)": (.+),$', re.MULTILINE)
 FORM = re.compile(r'(zero|one|two|few|many|other): ("(?:[^"\\]|\\.)*")')

@@ -67,7 +67,8 @@ class CompareRequest(FitRequest):
     models: Annotated[list[Name], Field(min_length=1, max_length=20)] | None = None
 
 
-CameraId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]  # as the settings take names
+# as the settings take names
+CameraId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]
 Address = Annotated[str, Field(min_length=1, max_length=2000)]
 
 

@@ -29,11 +29,13 @@ TAGS = re.compile(r'"[^"]*"')  # whether weak or not: of an answer to GET the sa
 
 # What ends a header or a path, is no letter anywhere, or turns the reading direction and so hides a name's ending.
 UNSAFE = re.compile(r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]')
-MAX_LENGTH = 80  # characters: of four bytes each, with %-signs, still no header that a proxy would refuse
+# characters: of four bytes each, with %-signs, still no header that a proxy would refuse
+MAX_LENGTH = 80
 END_LENGTH = 30
 API = "/api/v1"
 NO_STORE = {"Cache-Control": "no-store"}
-REVALIDATED = {"Cache-Control": "private, no-cache"}  # a browser keeps it, and asks each time whether it is still so
+# a browser keeps it, and asks each time whether it is still so
+REVALIDATED = {"Cache-Control": "private, no-cache"}
 
 
 def revalidated(asked: Headers, content: bytes, etag: str, media_type: str, headers: Mapping[str, str]) -> Response:
@@ -56,7 +58,8 @@ def disposition(kind: Literal["attachment", "inline"], name: str) -> str:
     name = UNSAFE.sub("_", name).strip("-. ") or "file"
     if len(name) > MAX_LENGTH:  # its end says version and format
         name = f"{name[:MAX_LENGTH - END_LENGTH - 1]}_{name[-END_LENGTH:]}"
-    letters = "".join(letter for letter in normalize("NFKD", name) if not combining(letter))  # é is e and an accent
+    # é is e and an accent
+    letters = "".join(letter for letter in normalize("NFKD", name) if not combining(letter))
     plain = re.sub(r"[^A-Za-z0-9._-]", "_", letters)
     more = "" if plain == name else f"; filename*=UTF-8''{quote(name, safe='', errors='replace')}"
     return f'{kind}; filename="{plain}"{more}'

@@ -53,20 +53,26 @@ from touchline.vision.ridges import painted_lines
 from touchline.workflows import calibration
 from touchline.workflows.calibration import CalibrationResult
 
-NOMINAL_WIDTH_PX, MIN_SCALE = 1280, 0.8  # of the picture for which CAPTURE_PX is given, and of that in a small one
+# of the picture for which CAPTURE_PX is given, and of that in a small one
+NOMINAL_WIDTH_PX, MIN_SCALE = 1280, 0.8
 CAPTURE_PX = 4.0  # about the expected place of a line
 MAX_POINTS = 240  # in all: more cost time and tell nothing new
 MIN_STEP_PX = 6.0  # from one point to the next
 CLEARANCE_PX = 4.0  # of other paint
-BLUR_SIGMA_PX, MIN_BLUR_GAIN = 0.6, 1.1  # of a blur that lets so many times as many places show a line
+# of a blur that lets so many times as many places show a line
+BLUR_SIGMA_PX, MIN_BLUR_GAIN = 0.6, 1.1
 MIN_MARKING_POINTS = 3  # points of a marking that are worth naming it
 MIN_WIDTH_SHARE = 0.8  # of a marking, for its paint's width to be known
 SURELY_FOUND = 0.95  # of the expected lines
-MIN_REMEASURED_HITS = 0.9  # of the places where a line was found: fewer in the second measuring, and the first stands
-AREA_CELLS, MIN_AREA_GAIN = 10, 0.05  # along each side of an area; share of it that one camera shows more than another
+# of the places where a line was found: fewer in the second measuring, and the first stands
+MIN_REMEASURED_HITS = 0.9
+# along each side of an area; share of it that one camera shows more than another
+AREA_CELLS, MIN_AREA_GAIN = 10, 0.05
 MIN_LINES = 3  # straight ones, for a match
-MAX_TWIN_OFFSET_PX = 12.0  # between the region's corners as two cameras see them, which are then the same
-MIN_UNEXPLAINED_LENGTH = 0.05  # of the diagonal: a line of that length on the carpet wants an explanation
+# between the region's corners as two cameras see them, which are then the same
+MAX_TWIN_OFFSET_PX = 12.0
+# of the diagonal: a line of that length on the carpet wants an explanation
+MIN_UNEXPLAINED_LENGTH = 0.05
 CHAIN_STEP = 4  # px along those chains
 MAX_CHAINS_SHOWN, MAX_CHAIN_POINTS = 60, 12
 
@@ -185,7 +191,8 @@ def _points_of(lines: DetectedLines, field: Field, region: Region, searched: Sea
     finer = refine_camera(with_brown_conrady(state, coarse, seen.size), coarse, seen, FINER_CAPTURE_PX,
                           MAX_FINER_POINTS)
     found = None if finer is None else _measured(lines, finer.state, field, region, searched)
-    if found is None or found.share < SURELY_FOUND:  # of a fisheye, the other lens may see further out
+    # of a fisheye, the other lens may see further out
+    if found is None or found.share < SURELY_FOUND:
         other = _measured(lines, state, field, region, searched, NO_WIDTHS if found is None else found.sure_widths)
         found = max((each for each in (found, other) if each), key=lambda each: each.share, default=None)
     return found
@@ -274,7 +281,9 @@ def _fitted(found: LineAssignment, field: Field, region: Region, size: ImageSize
         try:
             return FITTERS[model].fit(found.observations, field, region, size, {**options, "start": start})
         except FitFailed:
-            pass  # a lens with one term less may not see as far as this picture shows: then it starts as for clicks
+            # a lens with one term less may not see as far as this picture shows: then it starts as
+            # for clicks
+            pass
     return FITTERS[model].fit(found.observations, field, region, size, options)
 
 

@@ -50,11 +50,14 @@ MIN_SINE = 0.5  # between the third line and the parallels, seen along the carpe
 MIN_RAY_DEPTH = 0.02  # of a corner, for a distance of 1 between the two
 
 CORNER_BENDS = (0.0, -0.15, -0.3, -0.5, -0.75, 0.15)  # from none to a fisheye's, and a pincushion's
-CORNER_MARGIN = 0.15  # about the area, of how far its corners lie from its middle: a strong barrel's sides bulge
-USUAL_FOCAL, USUAL_FOCAL_WEIGHT = 1.5, 1e-3  # half diagonals, where the corners tell no focal length
+# about the area, of how far its corners lie from its middle: a strong barrel's sides bulge
+CORNER_MARGIN = 0.15
+# half diagonals, where the corners tell no focal length
+USUAL_FOCAL, USUAL_FOCAL_WEIGHT = 1.5, 1e-3
 
 MAX_BATCH = 3000  # homographies scored at once, for memory
-MIN_CREDIBLE_FOUND = 0.6  # of a drawn field that is there: what it finds is the field, or part of it
+# of a drawn field that is there: what it finds is the field, or part of it
+MIN_CREDIBLE_FOUND = 0.6
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,8 +45,10 @@ MORE_ATTEMPTS = 6  # beyond those: many a match cannot be refined
 MIN_RELATIVE_SCORE = 0.72  # of the best score: what is further behind is not refined
 MIN_GOOD_SCORE = 0.80  # below it, three lines are tried too
 NEAR_CAPTURE_PX = CAPTURE_PX[2:]
-SAME_MATCH, SAME_CAMERA = 0.01, 0.02  # of the picture's width, between places of the field before and after refining
-MAX_RMS_RATIO = 1.4  # how much further off the lines a camera may be at a known height: paint may cost a fifth, a
+# of the picture's width, between places of the field before and after refining
+SAME_MATCH, SAME_CAMERA = 0.01, 0.02
+# how much further off the lines a camera may be at a known height: paint may cost a fifth, a
+MAX_RMS_RATIO = 1.4
 # false height costs three quarters and more
 
 MIN_REGION_SEEN = 0.35  # of the region's carpet must lie in the picture

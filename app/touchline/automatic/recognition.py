@@ -36,7 +36,8 @@ MIN_VALUE = 0.55  # of a field that may be the one
 NOT_ALL_SEEN = {"lines-missing", "lines-unexplained", "loose"}
 CONVINCING = 0.8  # of a field of which some lines are hidden, or painted elsewhere
 MIN_ALIKE = 0.93  # of the best one's value: then the lines do not decide between two fields
-MAX_NEXT_VALUE = 0.8  # of its value the next best may have, where the best one is not convincing by itself
+# of its value the next best may have, where the best one is not convincing by itself
+MAX_NEXT_VALUE = 0.8
 MIN_AREA_SHARE = 0.2  # of a field that nobody chose: the area to look for
 MAX_CHOICES = 3
 MAX_TURN_OFF_DEG = 90  # between a given rotation and the seen one

@@ -21,7 +21,8 @@ from touchline.models.ray_camera import BrownConrady
 NOMINAL_WIDTH_PX = 1280  # of the picture for which distances in px are given here
 MIN_SCALE = 0.5  # of them, in a small picture
 CAPTURE_PX = (24.0, 14.0, 10.0, 6.0, 3.5, 2.0)  # on the way in
-FINER_CAPTURE_PX = (7.0, 4.0, 2.5, 1.5)  # once the camera is known, and only its lens is to be known better
+# once the camera is known, and only its lens is to be known better
+FINER_CAPTURE_PX = (7.0, 4.0, 2.5, 1.5)
 MAX_POINTS, MAX_FINER_POINTS = 320, 600  # on ridges, that the camera is moved to
 MIN_MATCHED_POINTS = 40
 MIN_COSINE = np.cos(np.radians(12))  # between a ridge and the marking that it may be
@@ -29,7 +30,8 @@ MAX_ON_LINE_PX = 5.0  # between a ridge point and a marking that explains it
 MAX_OUTSIDE_PX = 50  # of a marking's sample beyond the picture's edge: its end may be matched
 SAMPLE_REACH = 1.1  # of half a step either way along a marking, for which a sample stands
 MAX_STEPS = 3  # for each capture: its matches change with the next
-SIGMA_SHARE = 0.15  # of the capture radius: the noise of matched points; what lies further off is an outlier
+# of the capture radius: the noise of matched points; what lies further off is an outlier
+SIGMA_SHARE = 0.15
 MAD_TO_SIGMA = 1.4826  # of a normal distribution
 FIELD_SHARE = 0.99  # of half the field's sides, in which a line is on it
 
@@ -82,7 +84,8 @@ def refine_camera(start: RayCameraParameters, pattern: FieldPattern, seen: SeenL
             return None
         problem = _problem(state, pattern, points[is_matched], marking[is_matched])
         free = np.array([name not in state.lens.TERMS or name in TERM_SIGMA for name in state.names])
-        task = RayFitProblem(problem, _priors(start, size), free, state.names)  # other terms few lenses need
+        # other terms few lenses need
+        task = RayFitProblem(problem, _priors(start, size), free, state.names)
         found = _minimised(task, state, SIGMA_SHARE * capture * scale)
         if found is None:
             return None
@@ -110,7 +113,8 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
         return np.full(len(points), -1)
     projected, half_step = projected[is_near_picture], half_step[is_near_picture]
     half_length = half_length[is_near_picture].astype(np.float32)
-    tangent = (half_step / half_length[:, None]).astype(np.float32)  # each with each: half the bytes, half the time
+    # each with each: half the bytes, half the time
+    tangent = (half_step / half_length[:, None]).astype(np.float32)
     x, y = points.astype(np.float32).T[..., None] - projected.astype(np.float32).T[:, None]
     across = np.abs(x * tangent[:, 1] - y * tangent[:, 0])
     beyond_piece = np.abs(x * tangent[:, 0] + y * tangent[:, 1]) - SAMPLE_REACH * half_length

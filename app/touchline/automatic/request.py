@@ -48,7 +48,8 @@ from touchline.workflows.model_choice import AUTO, LADDER
 
 MAX_SERIES_CHECKED = 5  # pictures of a series: a camera that sways is elsewhere in one of them
 MIN_ELSEWHERE_SHARE = 0.6  # of a marking, seen in one course
-MIN_ELSEWHERE_SIGMAS, MIN_ELSEWHERE_MM = 3.0, 5.0  # times the field's own σ of a line; what is nearer is paint
+# times the field's own σ of a line; what is nearer is paint
+MIN_ELSEWHERE_SIGMAS, MIN_ELSEWHERE_MM = 3.0, 5.0
 OF_OTHER_PAINT = {"lines-missing", "lines-unexplained"}  # doubts that such lines give
 
 

@@ -55,7 +55,8 @@ async def detect_calibration(request: Request, services: ServicesDep, caller: Ca
     `recognised`: several `choices` where the image may show several, and then no version is saved.
     """
     body.check_choice(required=True)
-    task = await services.run_in_thread(_task, services, body)  # refused before a camera takes pictures
+    # refused before a camera takes pictures
+    task = await services.run_in_thread(_task, services, body)
     ids = body.ids
     if body.camera is not None:
         ids = [(await services.take_snapshot(body.camera, request.is_disconnected, body.frames)).id]

@@ -27,8 +27,10 @@ from touchline.core.geometry import Array
 from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.statements import say
 
-CERTAIN = 0.9  # value of a field, below which three lines are tried too: a wrong field of few lines can reach 0.8
-MIN_MATCH = 0.5  # value of a field's best match: less is not refined to a field that explains the picture
+# value of a field, below which three lines are tried too: a wrong field of few lines can reach 0.8
+CERTAIN = 0.9
+# value of a field's best match: less is not refined to a field that explains the picture
+MIN_MATCH = 0.5
 MAX_FIELDS = 6  # fields of which cameras are refined
 MAX_REFINED_FIRST, MAX_REFINED_NEXT = 3, 2  # cameras of the most likely field, and of each other
 MAX_REFINED_POOR = 5  # likewise, where no field is certain

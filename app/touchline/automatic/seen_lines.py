@@ -35,13 +35,16 @@ MAX_LINE_OFFSET_PX = 5.0  # likewise
 MIN_LINE_CHAIN_LENGTH = 0.03  # of the half diagonal
 MAX_FITTED_POINTS = 60  # of each chain, about
 
-MIN_VANISHING_DISTANCE = 0.7  # half diagonals: lines that are parallel on the carpet never meet in the picture
+# half diagonals: lines that are parallel on the carpet never meet in the picture
+MIN_VANISHING_DISTANCE = 0.7
 MIN_QUADRILATERAL_AREA = 0.02  # square half diagonals
-MIN_CORNER_DEPTH = 0.05  # of the first corner's: a quadrilateral with a corner behind the camera is none
+# of the first corner's: a quadrilateral with a corner behind the camera is none
+MIN_CORNER_DEPTH = 0.05
 
 MAP_LONG_SIDE = 420  # of the map of distances, px: finer than the bend is known
 DIRECTIONS = 4  # directions of ridges that are mapped apart
-MAX_DIRECTIONS_OFF = 0.8  # steps from a map's direction: a ridge between two directions counts for both
+# steps from a map's direction: a ridge between two directions counts for both
+MAX_DIRECTIONS_OFF = 0.8
 MAX_RIDGE_DISTANCE_PX = 5.0  # of the map: further off, nothing is found
 NO_RIDGE_PX = 1e3  # the distance in a map without ridges
 
@@ -168,9 +171,11 @@ def quadrilaterals(lines: list[Array]) -> Array:
         corners = np.stack([at[:, :2] / at[:, 2:] for at in meeting], axis=1)
         maps = square_maps(corners)
         (x0, x1, x2, x3), (y0, y1, y2, y3) = corners[..., 0].T, corners[..., 1].T
-        area = np.abs((x0 - x2) * (y1 - y3) - (x1 - x3) * (y0 - y2)) / 2  # half the cross product of its diagonals
+        # half the cross product of its diagonals
+        area = np.abs((x0 - x2) * (y1 - y3) - (x1 - x3) * (y0 - y2)) / 2
         g, h = maps[:, 2, 0], maps[:, 2, 1]
-        least_depth = np.minimum(np.minimum(1 + g, 1 + h), 1 + g + h)  # of the other corners; the first one's is 1
+        # of the other corners; the first one's is 1
+        least_depth = np.minimum(np.minimum(1 + g, 1 + h), 1 + g + h)
     is_sound = (least_depth > MIN_CORNER_DEPTH) & (area > MIN_QUADRILATERAL_AREA)
     return maps[is_sound & np.isfinite(maps).all(axis=(1, 2))]
 

@@ -28,7 +28,8 @@ from touchline.core.statements import sentence
 
 FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners, '
         '3 to 100; or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
-CornerCount = Annotated[int, Interval(ge=3, le=100), Whole()]  # along one side; detectors accept no fewer
+# along one side; detectors accept no fewer
+CornerCount = Annotated[int, Interval(ge=3, le=100), Whole()]
 MIN_MM, MAX_MM = 0.01, 10_000  # of a square's or a marker's side
 # The families that OpenCV prints, and how many markers each has. OpenCV is asked for no other name.
 DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
@@ -36,13 +37,17 @@ DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for coun
                 "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587}
 MAX_VIEWS = 1000
 MAX_CORNERS = 10_000  # in one view
-MAX_PADDED_CORNERS = 300_000  # views × corners of the fullest: 2000 views of a usual board, some hundred megabytes
+# views × corners of the fullest: 2000 views of a usual board, some hundred megabytes
+MAX_PADDED_CORNERS = 300_000
 
-DETECTION_PX = 1600  # the longer side of the image in which corners are detected; at full size they are refined
+# the longer side of the image in which corners are detected; at full size they are refined
+DETECTION_PX = 1600
 SLOW_DETECTION_PX = 1000  # the same for the slow detector, which takes seconds on more
 QUICK_DETECTION_PX = 800  # and for the quick search: 20 to 40 ms
-WINDOW_SQUARES = 0.35  # half a window in squares: inside the four squares even when they are seen at an angle
-MIN_HALF_WINDOW_PX, MAX_HALF_WINDOW_PX = 2, 16  # below: too few pixels; above, nothing more is gained
+# half a window in squares: inside the four squares even when they are seen at an angle
+WINDOW_SQUARES = 0.35
+# below: too few pixels; above, nothing more is gained
+MIN_HALF_WINDOW_PX, MAX_HALF_WINDOW_PX = 2, 16
 MARKER_MARGIN = 0.9  # of the white rim around a marker: its black edge would draw the corner away
 
 

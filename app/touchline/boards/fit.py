@@ -32,7 +32,8 @@ MIN_WARP_VIEWS = 4
 MAX_SEARCH_STEPS = 15  # for each start; the best is then refined
 MAX_SEARCH_VIEWS = 24  # enough to find the lens from, spread over all
 MAX_SELECTION_VIEWS = 120  # enough to choose its terms from
-MAX_SIGMA_SHARE = 0.02  # of the image's width: a lens that misses the corners by more explains none of them
+# of the image's width: a lens that misses the corners by more explains none of them
+MAX_SIGMA_SHARE = 0.02
 MAX_OUTLIER_SHARE = 0.4  # of the corners
 MAX_SELECTION_STEPS = 20  # a set of terms that takes longer is hardly supported
 # Terms of a fraction can hide errors of the board and bend wildly beyond the corners: they must earn a fifth of σ.

@@ -13,9 +13,11 @@ from touchline.core.geometry import Array, ImageSize, Mask, inside_picture
 from touchline.core.json_values import JsonObject
 from touchline.core.statements import format_number, sentence
 
-MIN_CORNERS = 6  # a pose takes six of twelve numbers; with four corners, one wrong corner would go unseen
+# a pose takes six of twelve numbers; with four corners, one wrong corner would go unseen
+MIN_CORNERS = 6
 MIN_WIDTH_SHARE = 0.02  # corners narrower than this share of their length are on one line
-SAME_IMAGE_PX = 1e-3  # two images never agree so well; an image given twice would seem to make the lens surer
+# two images never agree so well; an image given twice would seem to make the lens surer
+SAME_IMAGE_PX = 1e-3
 MAX_BOW = 0.05  # of the board's extent; a bow beyond it is no board
 FIRST_SIGMA_PX = 0.5  # of a corner, before it is estimated
 MIN_NOISE_PX = 0.005  # rounding errors of exact corners must not become outliers

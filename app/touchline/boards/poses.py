@@ -28,12 +28,15 @@ NEXT_TILT_DEG = 35.0
 NEXT_SHARE = 0.35  # of the image's width that the suggested board fills
 
 MIN_CORNERS = 6  # that show where the rest of a board is
-MIN_TILT_DEG = 15.0  # less is hardly a tilt; coarser than for a known lens, since the focal length is assumed
+# less is hardly a tilt; coarser than for a known lens, since the focal length is assumed
+MIN_TILT_DEG = 15.0
 MIN_VIEWS_PER_EDGE = 2  # views with each edge nearer, and as many that face the camera
-MIN_COVERED_SHARE = 0.6  # of the cells of a ninth of the image that have corners: then it is covered
+# of the cells of a ninth of the image that have corners: then it is covered
+MIN_COVERED_SHARE = 0.6
 MIN_VIEWS = 12  # fewer leave the worst place of a lens twice as doubtful
 RIM_SQUARES = 1.3  # around the inner corners: the outer squares, and some white
-SAME_PLACE, SAME_SIZE, SAME_TILT = 0.08, 0.25, 0.25  # of the image's width; of its logarithm; of the tilt's tangent
+# of the image's width; of its logarithm; of the tilt's tangent
+SAME_PLACE, SAME_SIZE, SAME_TILT = 0.08, 0.25, 0.25
 
 STILL_S = 0.4  # longer than anybody's hand turns round in
 MAX_STILL_SHARE = 0.003  # of the image's width, within STILL_S: 2 px of 640
@@ -53,7 +56,8 @@ class BoardCapture:
     board: Board
     size: ImageSize
     poses: list["BoardPose"] = field(default_factory=list)
-    _still: list[tuple[float, "BoardPose"]] = field(default_factory=list)  # all within MAX_STILL_SHARE of the newest
+    # all within MAX_STILL_SHARE of the newest
+    _still: list[tuple[float, "BoardPose"]] = field(default_factory=list)
     _coverage: "PoseHistory | None" = None
 
     def update(self, quad: Any, now_s: float) -> JsonObject:

@@ -24,7 +24,8 @@ WARP = ("warp_x", "warp_y")  # mm, at the middle against the edges
 # image's width and of the board's half diagonal where they are lengths.
 PRIOR_SIGMAS = {"log_focal": 2.0, "aspect": 0.5, "centre": 0.5, "p1": 0.3, "p2": 0.3, "warp": 0.05}
 TERM_PRIOR_SIGMA = 10.0  # of all other terms: a rational lens has terms of a few units
-LOST_CORNER_SHARE = 0.25  # of the image's width: the residual of a corner that a lens cannot project
+# of the image's width: the residual of a corner that a lens cannot project
+LOST_CORNER_SHARE = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +113,8 @@ class BoardParameters:
         """Apply a step: shared_step of the free shared parameters, pose_steps (v, 6) a rotation and a shift each."""
         full = np.zeros(len(free))
         full[free] = shared_step
-        full[0] = np.clip(full[0], -1, 1)  # of the logarithm: no step changes the focal length more than e-fold
+        # of the logarithm: no step changes the focal length more than e-fold
+        full[0] = np.clip(full[0], -1, 1)
         turned = matrix_from_vector(pose_steps[:, :3]) @ self.rotations
         return replace(self.with_shared(self.shared + full), rotations=turned,
                        translations_mm=self.translations_mm + pose_steps[:, 3:])
@@ -131,7 +133,8 @@ class BoardParameters:
         plane, by_ray, by_terms = self.lens.distort_jacobian(self.terms, arms + self.translations_mm[:, None])
         focal = self._focal
         by_ray = by_ray * focal[:, None]
-        normal = self.rotations[:, None, None, :, 2]  # the board's z, along which a bow moves corners
+        # the board's z, along which a bow moves corners
+        normal = self.rotations[:, None, None, :, 2]
         by_shared = np.zeros((*plane.shape, int(free.sum())), by_terms.dtype)
         for column, index in enumerate(np.flatnonzero(free)):
             name, into = self.names[index], by_shared[..., column]

@@ -30,7 +30,8 @@ MAX_EXPECTED_SIGMAS = 5.0  # an error over the image beyond it: the views hardly
 MAX_HALVES_SIGMAS = 10.0
 MAX_CENTRE_SIGMA_SHARE = 0.02  # of the image's width
 MAX_CORRELATION = 0.3  # of neighbours' residuals; noise makes less than 0.1
-MIN_CORRELATED_SIGMA_PX = 0.3  # below it, detectors and boards alone make correlations up to 0.6 on real images
+# below it, detectors and boards alone make correlations up to 0.6 on real images
+MIN_CORRELATED_SIGMA_PX = 0.3
 MAX_NOISE_PX = 1.0
 MAX_HELD_OUT_RATIO = 1.5
 MIN_TERM_SIGMAS = 2.0
@@ -219,7 +220,8 @@ def _verdict(report: JsonObject) -> JsonObject:
     """Return the level: good; fair, with small doubts; poor, not to be trusted over the whole image."""
     reasons = {w["reason"] for w in report["warnings"]}
     halves, sigma = report["cross_validation"]["halves_px"], report["sigma_px"]
-    error = float(np.nanmax([report["expected_px"]["median"], halves]))  # noise alone, or what the halves showed
+    # noise alone, or what the halves showed
+    error = float(np.nanmax([report["expected_px"]["median"], halves]))
     serious = [reason for reason in SERIOUS if reason in reasons]
     if serious:
         text = next(w["text"] for w in report["warnings"] if w["reason"] == serious[0])

@@ -68,7 +68,8 @@ class BoardCalibrationRequest:
     options: Mapping[str, Any] = member(default_factory=dict)
 
     def __post_init__(self) -> None:
-        read_options(board_options(board_model(self.model)), self.options)  # refused before a job starts
+        # refused before a job starts
+        read_options(board_options(board_model(self.model)), self.options)
 
     def from_views(self, views: tuple[BoardView, ...], size: ImageSize,
                    progress: Progress = no_progress) -> JsonObject:

@@ -28,9 +28,11 @@ from touchline.models.ray_camera import RayCamera
 
 SCAN_VIEWS = 12  # enough to tell the local minima apart
 SCAN_FOCAL = np.geomspace(0.25, 6.0, 14)  # of the image's width: 127° to 9.5° across
-SCAN_BEND = (0.0, -0.15, -0.35)  # k1 of the scanned lenses, r_d = r (1 + k1 r²): none, usual, strong barrel
+# k1 of the scanned lenses, r_d = r (1 + k1 r²): none, usual, strong barrel
+SCAN_BEND = (0.0, -0.15, -0.35)
 MAX_STARTS = 4
-MIN_FOCAL_SHARE, MAX_FOCAL_SHARE = 0.05, 100  # of the image's width: else Zhang's closed form is no start
+# of the image's width: else Zhang's closed form is no start
+MIN_FOCAL_SHARE, MAX_FOCAL_SHARE = 0.05, 100
 MIN_ASPECT, MAX_ASPECT = 0.5, 2
 LOST_CORNER_PX = 1e6  # the distance that a corner counts which a lens cannot project
 MIN_SIGMA_PX = 1e-6  # no corner counts more than that, exact as it may be
@@ -319,7 +321,8 @@ def _step(normal: NormalEquations, prior: Array, prior_residual: Array, damping:
         v_inverse_w, v_inverse_b = solved[..., :-1], solved[..., -1]
         schur = u + damping * np.diag(diag_u) - np.einsum("vkn,vkm->nm", w, v_inverse_w, optimize=True)
         right = a - np.einsum("vkn,vk->n", w, v_inverse_b)
-        scale = 1 / np.sqrt(diag_u)  # unknowns of one size: the focal length in px and k3 are far apart
+        # unknowns of one size: the focal length in px and k3 are far apart
+        scale = 1 / np.sqrt(diag_u)
         shared_step = -scale * np.linalg.solve(schur * np.outer(scale, scale), scale * right)
     except np.linalg.LinAlgError:
         return np.full(len(a), np.nan), np.full_like(b, np.nan), np.nan

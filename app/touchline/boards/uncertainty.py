@@ -38,13 +38,15 @@ from touchline.core.json_values import JsonObject
 from touchline.core.statements import stated
 from touchline.models.intrinsics import Intrinsics, lens_difference, picture_grid
 
-ERROR_GRID = (24, 18)  # columns, rows over the image: wherever its worst place is asked for, it is the same one
+# columns, rows over the image: wherever its worst place is asked for, it is the same one
+ERROR_GRID = (24, 18)
 FOLDS = 5
 MIN_VIEWS = 6  # of a cross-validation and a drift: halves of three are the least that make a lens
 MIN_DRIFT_SIGMAS = 5.0  # honest series in any order reach 3.1
 MIN_DRIFT = 0.002  # 1 px at an image's border; of 810 honest orders none shows more than 0.0016
 
-MIN_TILT_DEG = 12.0  # less is hardly a tilt: a board shows the focal length by its foreshortening, 1 - cos
+# less is hardly a tilt: a board shows the focal length by its foreshortening, 1 - cos
+MIN_TILT_DEG = 12.0
 MIN_NEXT_CORNERS = 12  # fewer inside the image are no view
 
 

@@ -34,7 +34,8 @@ IN_QUERY = ("GET", "DELETE")
 MAX_BYTES = 4 << 30  # of a body: an archive; the server has its own limits
 USED = re.compile(r"\$\{([A-Za-z_]\w*)((?:\.\w[\w-]*)*)\}")
 NAMED = re.compile(r"([A-Za-z_]\w*)\s*=\s*(?=[A-Za-z]+\s+/)")
-WITH_JSON = re.compile(r'(\w+)\s+(\S+)\s+([{\[].*?)(?:\s+>\s+([^\s"\]}]+))?')  # needs no quotes of a shell
+# needs no quotes of a shell
+WITH_JSON = re.compile(r'(\w+)\s+(\S+)\s+([{\[].*?)(?:\s+>\s+([^\s"\]}]+))?')
 FORM = "Write METHOD PATH [BODY…], such as GET /cameras."
 TOKEN = "TOUCHLINE_TOKEN"  # also the setting of the server itself
 

@@ -41,7 +41,8 @@ def write_bytes(path: Path, data: bytes) -> None:
     """Write a file whole or not at all, behind a symbolic link as well; into a device or a FIFO as it is."""
     try:
         if path.exists() and (not path.is_file() or path.is_relative_to("/dev") or path.is_relative_to("/proc")):
-            with path.open("wb", buffering=0) as file:  # /dev/stdout may be a file that the shell has open
+            # /dev/stdout may be a file that the shell has open
+            with path.open("wb", buffering=0) as file:
                 rest = memoryview(data)
                 while rest:
                     rest = rest[file.write(rest):]
@@ -87,7 +88,8 @@ def read_lens_option(path: Path) -> dict[str, Any]:
     data = read_bytes(path, MAX_JSON_BYTES)
     value = strict_json(data, str(path))
     if isinstance(value, dict) and value.get("format") == LENS_FORMAT:
-        if isinstance(value.get("lens"), dict) and "unit" in value["lens"]:  # from straight lines: no focal length
+        # from straight lines: no focal length
+        if isinstance(value.get("lens"), dict) and "unit" in value["lens"]:
             bent = DistortionEstimate.from_json(value["lens"])
             return {"name": bent.distortion.name, "lens": bent.to_json()}
         lens = Intrinsics.from_json(value.get("lens"))

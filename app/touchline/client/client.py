@@ -17,10 +17,12 @@ from touchline.core.errors import BadInput, Cancelled, NotFound, TouchlineError,
 from touchline.core.jobs import Progress, error_of, no_progress
 
 HERE = "http://127.0.0.1"  # what the application is asked as, where there is no server
-TIMEOUT = httpx2.Timeout(120.0, connect=10.0)  # a call that fits or compares while its caller waits may take a minute
+# a call that fits or compares while its caller waits may take a minute
+TIMEOUT = httpx2.Timeout(120.0, connect=10.0)
 API = "/api/v1"
 
-POINTS = "application/octet-stream"  # little-endian float64 pairs, as transform takes and answers them
+# little-endian float64 pairs, as transform takes and answers them
+POINTS = "application/octet-stream"
 POLL_S = 0.05  # of a job that has just begun; each look waits a little longer
 MAX_POLL_S = 1.0
 SLOWER = 1.3
@@ -91,7 +93,8 @@ def problem_in(response: httpx2.Response) -> TouchlineError:
         problem = response.json()
     except ValueError:
         problem = None
-    if not isinstance(problem, Mapping) or "detail" not in problem:  # something between us and the server answered
+    # something between us and the server answered
+    if not isinstance(problem, Mapping) or "detail" not in problem:
         return Unavailable(f"{response.url} answered {response.status_code} {response.reason_phrase}.",
                            "Check that this is the address of a Touchline server.", reason="network")
     return error_of(_with_reason(problem))

@@ -25,7 +25,8 @@ BORDERS = ("left", "right", "top", "bottom")
 QUARTER_TURNS = (0, 90, 180, 270)
 DEFAULT_LINE_WIDTH_MM = 10.0
 LINE_SIGMA_MM = 3.0  # of painted lines about their places
-HAT_MM = 150.0  # where the pattern of a Small Size League robot is; other leagues' fields say theirs
+# where the pattern of a Small Size League robot is; other leagues' fields say theirs
+HAT_MM = 150.0
 
 
 class ArcJson(TypedDict):
@@ -264,7 +265,8 @@ class Field:
     arcs: Mapping[str, Arc]
     landmarks: Mapping[str, Landmark]
     regions: Mapping[str, Region]
-    extras: Mapping[str, Any] = member(default_factory=dict)  # goals, boundary, ball: drawn and published, not fitted
+    # goals, boundary, ball: drawn and published, not fitted
+    extras: Mapping[str, Any] = member(default_factory=dict)
     hat_height_mm: float = HAT_MM
     line_sigma_mm: float = LINE_SIGMA_MM
     line_offsets_mm: Mapping[str, float] = member(default_factory=dict)

@@ -40,7 +40,8 @@ MAX_LINE_SIGMA_MM = 200.0
 MIN_SIDE_MM, MAX_SIDE_MM = 100.0, 100_000.0  # a table top to a stadium
 MAX_MEMBERS = 500  # of each kind; the richest league field has 60
 SAME_MM = 0.01  # two ways to say one place may differ by this
-BESIDE = 0.05  # of half a side: a region's edge lies along its line, which may have been taped outside the field
+# of half a side: a region's edge lies along its line, which may have been taped outside the field
+BESIDE = 0.05
 T = TypeVar("T")
 
 
@@ -100,7 +101,8 @@ def field_from_json(value: Any) -> Field:
     length = number(value["length_mm"], "length_mm", MIN_SIDE_MM, MAX_SIDE_MM)
     width = number(value["width_mm"], "width_mm", MIN_SIDE_MM, MAX_SIDE_MM)
     thick = number(value.get("line_width_mm", DEFAULT_LINE_WIDTH_MM), "line_width_mm", 0.1, 500)
-    far = (length, width)  # markings may lie outside the field, as goals do, but not by more than half of it
+    # markings may lie outside the field, as goals do, but not by more than half of it
+    far = (length, width)
     lines = members(value.get("lines", []), "lines", lambda v, at: _line(v, at, far, thick))
     arcs = members(value.get("arcs", []), "arcs", lambda v, at: _arc(v, at, far, thick))
     landmarks = table(value.get("landmarks", {}), "landmarks", lambda key, v, at: Landmark(key, point(v, at, far)))

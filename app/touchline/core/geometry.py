@@ -89,7 +89,8 @@ def as_points(value: Any, what: str = "The points") -> Points:
     if points.ndim < 1 or points.shape[-1] != 2:
         raise BadInput(f"{what} are not pairs of numbers.", "Send them as [[x, y], …].", reason="bad-points")
     flat = points.reshape(-1, 2)
-    bad = np.flatnonzero(~(np.abs(flat) <= MAX_COORDINATE).all(axis=1))  # catches NaN and inf as well
+    # catches NaN and inf as well
+    bad = np.flatnonzero(~(np.abs(flat) <= MAX_COORDINATE).all(axis=1))
     if bad.size:
         raise BadInput(
             f"{what} contain a number that is not finite or beyond {MAX_COORDINATE:g} (point {bad[0] + 1}).",

@@ -26,7 +26,8 @@ BY_STATUS = {kind.status: kind for kind in (
     BadInput, ImageTooLarge, NotFound, Conflict, Stale, Busy, Unavailable, DiskFull)}
 PROBLEM_MEMBERS = ("reason", "title", "status", "detail", "fix", STATEMENTS)
 WAITING = say("job.waiting", "Waiting for its turn")
-STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}  # names in stored rows
+# names in stored rows
+STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}
 
 
 def no_progress(fraction: float, message: str) -> None:

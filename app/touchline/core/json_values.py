@@ -106,9 +106,12 @@ def read(kind: type[T], value: Any, what: str, fix: str, reason: str) -> T:
     from pydantic_core import to_json
 
     if kind not in _adapters:
-        one: Any = GenericAlias(list, (kind,))  # a list hands its configuration on to all that is within
+        # a list hands its configuration on to all that is within
+        one: Any = GenericAlias(list, (kind,))
         _adapters[kind] = TypeAdapter(one, config=ConfigDict(strict=True, extra="forbid", allow_inf_nan=False))
-    try:  # as JSON, whose lists and objects are tuples and dataclasses as well; NaN becomes a text, so no number
+    # as JSON, whose lists and objects are tuples and dataclasses as well; NaN becomes a text, so no
+    # number
+    try:
         found: T = _adapters[kind].validate_json(to_json([value], inf_nan_mode="strings"))[0]
         return found
     except ValidationError as refused:

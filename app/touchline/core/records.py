@@ -164,7 +164,8 @@ class Fit:
     inliers: tuple[NDArray[np.bool_], ...]
     used: tuple[bool, ...]
     warnings: tuple[Warning, ...] = ()
-    notes: Mapping[str, Any] = member(default_factory=dict)  # how choices were made, e.g. {"degree": {…}}
+    # how choices were made, e.g. {"degree": {…}}
+    notes: Mapping[str, Any] = member(default_factory=dict)
     covariance: NDArray[np.float64] | None = None
     parameter_names: tuple[str, ...] = ()
     alternative: "Fit | None" = None

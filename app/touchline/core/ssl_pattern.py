@@ -11,7 +11,8 @@ DOT_MM = 40.0
 # mm ahead of the robot's middle and to its left
 DOTS_MM = ((35.0, 54.8), (-54.8, 35.0), (-54.8, -35.0), (35.0, -54.8))
 DOTS_AT_MM = hypot(*DOTS_MM[0])  # all four are as far out
-DOT_ANGLES = tuple(atan2(left, ahead) for ahead, left in DOTS_MM)  # from the front, counter-clockwise
+# from the front, counter-clockwise
+DOT_ANGLES = tuple(atan2(left, ahead) for ahead, left in DOTS_MM)
 # Whether each dot is green, else pink; the place in the table is the number.
 GREEN = tuple(tuple(letter == "g" for letter in word) for word in (
     "pgpp", "ggpp", "ggpg", "pgpg", "ppgp", "gpgp", "gpgg", "ppgg",

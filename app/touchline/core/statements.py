@@ -28,7 +28,8 @@ def format_number(value: float, digits: int = 2) -> str:
     rounded = float(f"{value:.{digits - 1}e}")
     power = _power(rounded)
     if rounded != 0 and not MIN_PLAIN <= abs(rounded) < MAX_PLAIN:
-        mantissa = f"{rounded:.{digits - 1}e}".partition("e")[0].replace("-", "−")  # 10⁻³²⁴ is no number to divide by
+        # 10⁻³²⁴ is no number to divide by
+        mantissa = f"{rounded:.{digits - 1}e}".partition("e")[0].replace("-", "−")
         return f"{mantissa} × 10{str(power).translate(SUPERSCRIPT)}"
     if power >= digits:
         return _fixed(value, 0)  # 124, not 120: whole parts in full

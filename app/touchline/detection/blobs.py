@@ -71,7 +71,8 @@ def _patches(a: Numbers, b: Numbers, count: int) -> Numbers:
     return np.unique(parent, return_inverse=True)[1]
 
 
-_BESIDE_PX = 2  # around a blob's box: the pixels that it covers in part, and some of what lies beside it
+# around a blob's box: the pixels that it covers in part, and some of what lies beside it
+_BESIDE_PX = 2
 _MAX_HALF = 20  # px; a larger blob's middle is known well enough from its pixels
 
 

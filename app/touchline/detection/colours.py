@@ -37,7 +37,8 @@ _DARK = 12.0  # c: grey levels that a sensor shows of black, so that noise in th
 _CHROMA = 0.045  # how much chroma varies over a patch, by lamps and by the sensor
 _GRAIN = 4.0  # grey levels, of noise and of the table's own steps
 _BRIGHTNESS = 0.5  # λ: half as bright is 1.4 spreads
-_DARKER, _BRIGHTER = -1.25, 0.8  # ln: no colour is less than 0.29 or more than 2.2 times as bright as its sample
+# ln: no colour is less than 0.29 or more than 2.2 times as bright as its sample
+_DARKER, _BRIGHTER = -1.25, 0.8
 _GUESSED = 2.0  # spreads²: a predicted colour gives way to a sampled one
 _CLIPPED = 1.5  # what is this much brighter than its sample may be burnt out in a channel
 

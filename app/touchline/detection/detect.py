@@ -39,7 +39,8 @@ from touchline.imaging.correction import CorrectedView, correction_map
 from touchline.models import CameraModel, RayModel, Restored, model_of
 from touchline.workflows.calibration import check_size
 
-Clicks = Mapping[str, Sequence[Sequence[float]]]  # by colour: x, y of a click, or x0, y0, x1, y1 of a box
+# by colour: x, y of a click, or x0, y0, x1, y1 of a box
+Clicks = Mapping[str, Sequence[Sequence[float]]]
 DETECTING = say("progress.detecting", "Detecting")
 BESIDE_MM = 300.0  # around the field, where a ball or a robot may still be
 MAX_CLICKS = 40  # of one colour

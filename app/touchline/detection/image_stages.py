@@ -165,7 +165,8 @@ def _steep(plane: MatLike) -> Picture:
     return np.asarray(cv2.subtract(cv2.dilate(plane, _CROSS), cv2.erode(plane, _CROSS)), np.uint8)
 
 
-_FLOOD_PX = 120_000  # of one colour: more is a floor or badly learned, and would take longer than a frame
+# of one colour: more is a floor or badly learned, and would take longer than a frame
+_FLOOD_PX = 120_000
 
 _MAX_BLOBS = 1000  # patches, the largest: no game has more, and noise has no end
 

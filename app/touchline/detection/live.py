@@ -138,7 +138,8 @@ class LiveDetector:
                 self._process(taken, request, streams)
             except OSError:  # the server is gone
                 return
-            except Exception as error:  # of one picture like no other, or a plan that cannot be: it must not end all
+            # of one picture like no other, or a plan that cannot be: it must not end all
+            except Exception as error:
                 if isinstance(error, TouchlineError):
                     what = error.what
                 else:

@@ -67,7 +67,8 @@ def patterns_at(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, un
     middle, turn, rest = _fitted(dots, totals.sum(axis=-1) > 0)
     whole = totals.sum(axis=-1)
     first, second = totals[..., 0], totals[..., 1]
-    present = np.minimum(np.median(whole, axis=1) * scale / (0.35 * _DOT_AREA_MM2), 1)  # of the four dots' area
+    # of the four dots' area
+    present = np.minimum(np.median(whole, axis=1) * scale / (0.35 * _DOT_AREA_MM2), 1)
     return Patterns(middle, turn, rest, second > first, np.abs(second - first) / np.maximum(whole, 1e-9),
                     whole / np.maximum(np.median(whole, axis=1), 1e-9)[:, None] * present[:, None])
 
@@ -124,7 +125,8 @@ def _dots(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, px_per_m
     offsets = np.arange(-half, half + 1, step)
     grid = np.stack(np.meshgrid(offsets, offsets), -1).reshape(-1, 2)
     grid = grid[(grid**2).sum(axis=1) <= (half + 0.5) ** 2]
-    share = _sample(pixels, (at[:, :, None] + grid).astype(np.float32), unmix)  # (n, 4, k, 2), of whole pixels
+    # (n, 4, k, 2), of whole pixels
+    share = _sample(pixels, (at[:, :, None] + grid).astype(np.float32), unmix)
     # A place is the window's middle and a step from there: two small products in place of one for each pixel.
     base = (at - middles[:, None]) @ mm_per_px.transpose(0, 2, 1)
     away = (grid @ mm_per_px.transpose(0, 2, 1)).astype(np.float32)[:, None]  # (n, 1, k, 2)

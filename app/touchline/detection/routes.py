@@ -58,7 +58,8 @@ FIRST_OF_RIG_S = 20.0  # the same for a rig
 FOLLOW_S = 0.6  # for a single response, where nobody else follows
 
 Place = Annotated[list[Coordinate], Field(min_length=2, max_length=4)]
-Clicks = Annotated[dict[Name, Annotated[list[Place], Field(max_length=40)]], Field(max_length=13)]  # by colour
+# by colour
+Clicks = Annotated[dict[Name, Annotated[list[Place], Field(max_length=40)]], Field(max_length=13)]
 Spec = Annotated[dict[str, Any], Field(max_length=8)]  # a plan or a profile; read where it is used
 Answered = TypeVar("Answered", bound=Response)
 Stage = Annotated[str, Query(max_length=64, description="raw, detections, or the name of a stage")]
@@ -367,7 +368,8 @@ def read_clip_image(services: ServicesDep, id: Id, number: int, stage: Stage = R
         jpeg = services.store.repository(ClipRepository).frame(id, number)
         if screen(jpeg, services.decoder.limits).is_plain:
             return Response(jpeg, media_type="image/jpeg")
-        return picture(services.decoder.frame_from_bytes(jpeg).pixels, "jpg")  # a browser would turn the camera's own
+        # a browser would turn the camera's own
+        return picture(services.decoder.frame_from_bytes(jpeg).pixels, "jpg")
     return picture(detect_in_clip(services, id, number, plan, stage)[1](), "jpg")
 
 

@@ -102,7 +102,8 @@ class DetectionService:
 
     def used_by(self, colours: str) -> list[str]:
         """Return the cameras that name these colours."""
-        known = {camera.id for camera in self._cameras.all()}  # settings of a removed camera do not count
+        # settings of a removed camera do not count
+        known = {camera.id for camera in self._cameras.all()}
         return [preset.name for preset in self._store.detection_plans.all()
                 if preset.body["colours"] == colours and preset.name in known]
 
@@ -304,7 +305,8 @@ class TrackFusion:
                         self._add(name, decode_body(await viewer.next(SILENT_S))[0])
             except TouchlineError as error:
                 self._problems[name] = error
-            except (TimeoutError, ConnectionResetError, KeyError, TypeError):  # nothing, or nothing that can be read
+            # nothing, or nothing that can be read
+            except (TimeoutError, ConnectionResetError, KeyError, TypeError):
                 self._problems[name] = Unavailable(SENDS_NO_FRAMES, say("advice.check-state", "Check its state."),
                                                    reason="camera-silent")
             await asyncio.sleep(RETRY_S)

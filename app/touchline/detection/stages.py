@@ -119,19 +119,25 @@ class Stage(ABC):
 
 
 STAGES: Registry[type[Stage]] = Registry("stage", {
-    "noise": "touchline.detection.image_stages:NoiseReduction",  # less grain: median, bilateral, or over time
-    "colours": "touchline.detection.image_stages:Colours",  # each pixel's colour from a lookup table
+    # less grain: median, bilateral, or over time
+    "noise": "touchline.detection.image_stages:NoiseReduction",
+    # each pixel's colour from a lookup table
+    "colours": "touchline.detection.image_stages:Colours",
     "edges": "touchline.detection.image_stages:Edges",  # how steep the picture is
-    "blobs": "touchline.detection.image_stages:FindBlobs",  # patches of one colour: where, how large, of what form
-    "butterfly": "touchline.detection.robots:SslRobots",  # robots by the Small Size League's five dots
+    # patches of one colour: where, how large, of what form
+    "blobs": "touchline.detection.image_stages:FindBlobs",
+    # robots by the Small Size League's five dots
+    "butterfly": "touchline.detection.robots:SslRobots",
     "tags": "touchline.detection.robots:PatchRobots",  # robots by a team's colour beside their own
     "markers": "touchline.detection.objects:Markers",  # patches of a team's colour, and no more
     "ball": "touchline.detection.objects:FindBall",  # the ball
-    "places": "touchline.detection.objects:Localise",  # pixels to field mm, at each thing's own height
+    # pixels to field mm, at each thing's own height
+    "places": "touchline.detection.objects:Localise",
 })
 
 
-DRAWN, STAGE = "detections", "stage-"  # views: the picture with everything that was found; what one stage made of it
+# views: the picture with everything that was found; what one stage made of it
+DRAWN, STAGE = "detections", "stage-"
 MAX_STAGES = 20
 _FORM = 'Send {"name", "title", "stages": [{"stage": NAME, OPTION: VALUE, …}, …]}, and optionally "corrected": true.'
 # What a stage reads that another one writes.

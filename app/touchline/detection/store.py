@@ -83,7 +83,8 @@ class ClipRepository:
             id = new_id()
             before_ns = max((path.stat().st_mtime_ns for path in self._files()), default=0)
             write_atomically(path := self._path(id), LENGTH.pack(len(text)) + text + jpegs)
-            if path.stat().st_mtime_ns <= before_ns:  # the clock was set back: the newest would be the first to go
+            # the clock was set back: the newest would be the first to go
+            if path.stat().st_mtime_ns <= before_ns:
                 os.utime(path, ns=(before_ns + 1, before_ns + 1))
         return self.get(id)
 

@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 from touchline.detection.records import Detection
 
 GATE = 4.0  # standard deviations
-REACH_MM = {"robot": 250.0, "ball": 400.0, "marker": 250.0}  # and no sighting farther than that is the same thing
+# and no sighting farther than that is the same thing
+REACH_MM = {"robot": 250.0, "ball": 400.0, "marker": 250.0}
 ACCELERATION_MM_S2 = {"robot": 3000.0, "ball": 5000.0, "marker": 3000.0}
-FIRST_SPEED_MM_S = {"robot": 2000.0, "ball": 6000.0, "marker": 2000.0}  # standard deviation of what is new
+# standard deviation of what is new
+FIRST_SPEED_MM_S = {"robot": 2000.0, "ball": 6000.0, "marker": 2000.0}
 SEAM_MM = 4.0  # standard deviation by which good calibrations may differ
 UNKNOWN_MM = 10.0  # of a sighting without a covariance
 MIN_SIGHTINGS = 3  # until it is reported: what flickers for a frame is none
@@ -113,7 +115,8 @@ class ObjectTracker:
         self._tracks = [track for track in self._tracks if time_s - track.last_s <= LOST_S]
         placed = [item for item in items if item.x_mm is not None and item.y_mm is not None]
         free = list(self._tracks)
-        for item in sorted(placed, key=lambda item: item.id is None):  # who has a number chooses first
+        # who has a number chooses first
+        for item in sorted(placed, key=lambda item: item.id is None):
             place, noise = np.array([item.x_mm, item.y_mm]), _noise(item)
             track = _nearest(free, item, place, noise, time_s)
             if track is None:

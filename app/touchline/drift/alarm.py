@@ -15,7 +15,8 @@ MONITORED = (*ALARMS, "steady")
 BACK_SHARE = 0.7  # of what is a knock: nearer than that, a knocked camera is back
 MIN_REWORDED = 0.15  # of the millimetres: a smaller change does not repeat an alarm's sentence
 MIN_SAMPLES = 2  # in a row
-MIN_PASSING_SAMPLES = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
+# for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
+MIN_PASSING_SAMPLES = 4
 
 FIXES: dict[DriftState, str] = {
     "learning": say("drift.learning.fix", "Wait a few seconds."),
@@ -113,7 +114,8 @@ class DriftWatch:
 
     def __init__(self, now: float) -> None:
         self.status = DriftStatus("learning", now)
-        self._alike: list[tuple[DriftState, float]] = []  # states and times of the last samples, of one kind
+        # states and times of the last samples, of one kind
+        self._alike: list[tuple[DriftState, float]] = []
 
     @property
     def doubtful(self) -> bool:

@@ -24,7 +24,8 @@ from touchline.evaluate.residuals import rms
 from touchline.evaluate.verdict import GOOD_MM, LEVELS
 from touchline.models import CameraModel
 
-MIN_MAPPED_SHARE = 0.85  # of the places: with fewer that follow it, a smooth map is not what the lines show
+# of the places: with fewer that follow it, a smooth map is not what the lines show
+MIN_MAPPED_SHARE = 0.85
 
 # Whether lines have moved since the points were set.
 MIN_PLACES, MIN_LINES = 8, 2
@@ -32,7 +33,8 @@ MIN_MARKING_PLACES = 4  # of a line, that tell whether it alone was painted anew
 REPAINTED_FACTOR = 3.0  # times the bound: so far a single line must lie off to count as one
 MOTION_TERMS = 8  # of the smooth motion of a plane's picture
 MIN_NOISE_FACTOR = 3.0  # times the points' scatter: what is less cannot be measured
-LINE_SIGMA_PX = 0.2  # two measurements of one line may differ all along it, as beside the edge of a wall
+# two measurements of one line may differ all along it, as beside the edge of a wall
+LINE_SIGMA_PX = 0.2
 MIN_SIGMAS = 3.0
 MIN_CHANCE = 1e-6
 BOTH_DIRECTIONS = 2  # of the carpet
@@ -143,7 +145,8 @@ def change_since(seen: LineMeasurements | None, model: CameraModel, size: ImageS
     is_still = _is_still(seen, evidence)
     changes_mm = [0.0 if is_still else rms(smooth_mm) or 0.0]
     if count >= MIN_MEASURES[-1] and not is_still:
-        with suppress(FitFailed):  # where no part of the carpet is known, the lines speak for themselves
+        # where no part of the carpet is known, the lines speak for themselves
+        with suppress(FitFailed):
             changes_mm.append(agreement(model, size, model, size, field, evidence, moved)["carpet"]["p95_mm"])
     for line in lines:
         mm = seen.off_mm[of & (seen.marking == line)]

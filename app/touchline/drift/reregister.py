@@ -40,7 +40,8 @@ from touchline.workflows.job_pictures import job_pictures
 MIN_LINES, MIN_MARKING_POINTS = 3, 3  # and points on each
 # Times, and px of 1280, that lines may lie off than before: else it is another lens. Ordinary knocks leave 0.02 to 0.2.
 MAX_WORSE_FACTOR, MAX_OFF_PX = 3.0, 0.5
-REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO = 1280, 0.5  # a small picture's lines may lie off as in one of so much of it
+# a small picture's lines may lie off as in one of so much of it
+REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO = 1280, 0.5
 # Of the lines' places: where whole lines are missing, the others were taken for their neighbours, half a metre beside.
 MAX_MISSING = 0.15
 BEST_SHARE = 0.9  # of the lines' points: the furthest tenth may be robots
@@ -48,7 +49,8 @@ BEST_SHARE = 0.9  # of the lines' points: the furthest tenth may be robots
 LENS_OPTIONS = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
 FREE_SIGMA = 0.1  # of the logarithm of a focal length that is free
 MIN_SIGMAS = 5.0
-MIN_ZOOM = 0.005  # a smaller one moves the field by few millimetres, and lines beside their places make as much
+# a smaller one moves the field by few millimetres, and lines beside their places make as much
+MIN_ZOOM = 0.005
 MAX_UNSEEN_ZOOM = 0.02  # a zoom so large must show, or else the lens was not tested
 CALIBRATE_AGAIN = say("pose.calibrate-again", "Calibrate the camera again: detect the field lines, or mark points.")
 UNCOVER_LINES = join(say("pose.uncover-lines", "Uncover the lines and switch the lamps on, then try again."),
@@ -317,7 +319,8 @@ def run_register(spec: Any, progress: Progress) -> JsonObject:
     before = None
     with job_pictures([spec["picture"], *own]) as pictures:
         frame = pictures[0][1]()
-        with suppress(TouchlineError):  # gone or damaged: then the model itself says where lines were
+        # gone or damaged: then the model itself says where lines were
+        with suppress(TouchlineError):
             before = pictures[1][1]() if own else None
     summary, made = reregister(Calibration.from_json(spec["calibration"]), frame, subprogress(progress, 0.1, 1.0),
                                before, spec["snapshot"], spec["note"])

@@ -18,11 +18,13 @@ from touchline.vision.profiles import NO_WIDTHS, across_lines, strays
 MAX_PLACES = 240
 MIN_APART_PX, MIN_CLEAR_PX = 6.0, 5.0
 MAX_MODEL_ERROR_PX = 6.0  # so far beside its place a line may be, in a picture that is
-REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO = 1280, 0.7  # so wide; in a small one as in one of so much of it
+# so wide; in a small one as in one of so much of it
+REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO = 1280, 0.7
 LINE_SIGMA_PX = 0.1  # of a line's middle
 MAX_STEPS = 4
 MIN_POINTS, MIN_SHARE = 20, 0.25
-MIN_MARKING_PLACES, MIN_MARKING_SHARE = 8, 0.5  # robots and people leave 0.55 of each marking, and mostly 0.85
+# robots and people leave 0.55 of each marking, and mostly 0.85
+MIN_MARKING_PLACES, MIN_MARKING_SHARE = 8, 0.5
 IMAGE_MARGIN_PX = 1
 
 

@@ -17,10 +17,14 @@ from touchline.evaluate.verdict import FAIR_MM, GOOD_MM, LEVELS, SURE, level_of
 from touchline.evaluate.verification import MARKING_FOUND, MAX_MISSING, MIN_FOUND, MISSING_SHOWN
 
 MIN_LINES = 3
-REPAINTED_FACTOR = 3.0  # times the level's bound: so far may one marking lie off alone, painted beside its place
-MAX_OTHERS_SHARE = 0.5  # of the expected length: with more of other lines, the camera looks elsewhere
-MAX_AS_MADE_FACTOR = 1.5  # times the error in the calibration's own report: then nothing has changed
-MIN_LENS_FACTOR = 2.0  # times: what is left when the picture's motion is taken away, against the level's bound
+# times the level's bound: so far may one marking lie off alone, painted beside its place
+REPAINTED_FACTOR = 3.0
+# of the expected length: with more of other lines, the camera looks elsewhere
+MAX_OTHERS_SHARE = 0.5
+# times the error in the calibration's own report: then nothing has changed
+MAX_AS_MADE_FACTOR = 1.5
+# times: what is left when the picture's motion is taken away, against the level's bound
+MIN_LENS_FACTOR = 2.0
 
 Since = Literal["unchanged", "moved", "never-right"]  # of the lines, since the calibration was made
 UNCHANGED = {"good": say("check.valid", "The calibration is still valid"),

@@ -95,7 +95,8 @@ def _seen_by_both(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: Ima
     return SharedArea(x, y, both)
 
 
-ExpectedAt = Callable[[Points], Array]  # of places (…, 2) mm at hat height: the error to expect there (…,) mm
+# of places (…, 2) mm at hat height: the error to expect there (…,) mm
+ExpectedAt = Callable[[Points], Array]
 HatFrom = Literal["carpet", "matches", "expected"]
 HatUnknown = Literal["no-rays", "no-covariance", "not-seen"]
 

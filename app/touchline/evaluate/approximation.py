@@ -31,8 +31,10 @@ from touchline.models.ray_camera import RayCamera
 GRID = (25, 19)  # columns, rows over the region: the figures
 FIT_GRID = (15, 13)
 HALF_PX = 0.5
-OUTSIDE = 0.005  # the weight of what the picture shows beyond the region, so that a rich lens stays sane there
-BENDS = (0.05, 0.4, 0.8)  # radii in focal lengths at which the other lens's bend is looked up for a start
+# the weight of what the picture shows beyond the region, so that a rich lens stays sane there
+OUTSIDE = 0.005
+# radii in focal lengths at which the other lens's bend is looked up for a start
+BENDS = (0.05, 0.4, 0.8)
 FIRST_STEPS, STEPS = 8, 60  # from every start; onwards from the best
 FOCALS = (0.7, 1.0, 1.4)  # of the picture's width, tried where the carpet tells none
 # The carpet alone hardly tells focal length, centre and height apart. What is guessed stays near its start, unless
@@ -86,7 +88,8 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     """
     points, pixels, weights = _samples(model, region, hat_height_mm)
     starts = [start.with_only_terms(terms) for start in _starts(model, family, points, pixels, square)]
-    with np.errstate(all="ignore"):  # a lens may see what another cannot hold, such as places behind it
+    # a lens may see what another cannot hold, such as places behind it
+    with np.errstate(all="ignore"):
         held = np.all([np.isfinite(start.project(points)).all(axis=1) for start in starts], axis=0)
     points, pixels, weights = points[held], pixels[held], weights[held]
     free = np.array([name in terms if name in family.LENS.TERMS else name != "aspect" for name in starts[0].names])
@@ -107,7 +110,8 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     tried = [(search(start, start, FIRST_STEPS), start) for start in starts]
     near, start = min(tried, key=lambda found: found[0].cost)
     best = search(start, near.state, STEPS) if np.isfinite(near.cost) else near
-    rectangle = {name: getattr(model, name) for name in RECTANGLE_FIELDS}  # both make the same corrected picture
+    # both make the same corrected picture
+    rectangle = {name: getattr(model, name) for name in RECTANGLE_FIELDS}
     found = family(**best.state.parameters(), **{**rectangle, "region": region})
     if not np.isfinite(best.cost) or not found.plausible():
         raise Conflict(f"No {family.TITLE} lens is close to this calibration over its covered area.",

@@ -19,8 +19,10 @@ from touchline.fitting.field_pattern import is_half_turn_symmetric
 CELLS = 48  # along the field
 MIN_SEEN = 0.85  # of an area: less, and it may be another one that the picture shows
 FITS_SEEN = 0.9  # of another area
-FITS_OVERLAP, NEAR_OVERLAP = 0.75, 0.5  # of another area with what is seen; where the chosen one cannot be matched
-BEYOND = 0.25  # what is seen outside an area counts so much of what is not seen inside: then both rules agree
+# of another area with what is seen; where the chosen one cannot be matched
+FITS_OVERLAP, NEAR_OVERLAP = 0.75, 0.5
+# what is seen outside an area counts so much of what is not seen inside: then both rules agree
+BEYOND = 0.25
 QUARTER_TURN = 90
 NOT_IN_IMAGE = "area-not-in-image"
 

@@ -23,7 +23,8 @@ State = Literal["held", "refuted", "not-tested"]
 Gate = Literal["ready", "not-tested", "problems"]
 Cure = Literal["points", "model", "camera", "versions", "pair", "drift", "images", "rig", "publishing", ""]
 
-LENS_SAME_PX = 2.0  # two fits of one lens to other points differ by about a pixel near the image's corners
+# two fits of one lens to other points differ by about a pixel near the image's corners
+LENS_SAME_PX = 2.0
 MIN_LENS_PX, MIN_LENS_SHARE = 0.1, 0.01  # no figure is better than that
 SAME_MM = 1.0  # less than what two calibrations from two images of one camera differ by
 
@@ -178,7 +179,8 @@ def report_claims(calibration: Calibration) -> list[Claim]:
     report = calibration.report
     claims = [_accuracy(report), _robot_tops(report), _model(calibration), _height(report)]
     level = (report.get("verdict") or {}).get("level")
-    if level == "poor" and not any(claim.is_problem for claim in claims):  # for a reason that no part of it names
+    # for a reason that no part of it names
+    if level == "poor" and not any(claim.is_problem for claim in claims):
         claims[0] = replace(claims[0], state="refuted", gates=True, fix=ADD_POINTS, cure="points",
                             title=say("claim.accuracy.verdict", "Its own verdict is: not accurate enough"),
                             evidence=sentence_in(report["verdict"], "sentence"))
@@ -227,7 +229,8 @@ def _accuracy(report: Mapping[str, Any]) -> Claim:
     own = level_likely(length, number(sigma.get("rms_95")) or 0.0)
     level = _level(report, "carpet", own)
     is_bad = level == "poor"
-    against = sentence_in(verdict, "sentence") if level != own else ""  # something else than this figure
+    # something else than this figure
+    against = sentence_in(verdict, "sentence") if level != own else ""
     return Claim("accuracy", state_of_level(level), ACCURACY[level], against, ADD_POINTS if is_bad else "",
                  (*FIT, *(("points-left-out",) if report.get("cv_rms_mm") is not None else ())), is_bad, mm(length),
                  "points" if is_bad else "")

@@ -29,7 +29,8 @@ from touchline.models.ray_camera import RayCamera
 WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about this factor
 SAME_MM = 0.3
 UNKNOWN = "weakly-determined"  # the warning of a fit whose inside is a guess
-LENS_ENDS, CONTRADICTED = "lens-ends", "another-lens"  # of those that are not recommended while there are others
+# of those that are not recommended while there are others
+LENS_ENDS, CONTRADICTED = "lens-ends", "another-lens"
 _NOTHING = say("comparison.nothing", "No model could be cross-validated. Add points, also inside the field.")
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 
@@ -55,7 +56,8 @@ def compare_models(candidates: list[FittedModel], region: Region) -> Comparison:
                   key=_field_mm)
     known = [row for row in rows if row["field_mm"] is not None]
     straight = _no_significant_distortion(candidates, known)
-    if _only_borders(candidates):  # then held-out points say nothing of the inside: only a camera's rays do
+    # then held-out points say nothing of the inside: only a camera's rays do
+    if _only_borders(candidates):
         rays = {c.name for c in candidates if isinstance(c.fit.model, RayModel)}
         known = [row for row in known if row["model"] in rays]
     if not known:
@@ -93,7 +95,8 @@ def _reference(candidates: list[FittedModel]) -> FittedModel | None:
     # Where no camera can be where the points are (a stretched picture), none is a reference.
     most_px = EXPLAINS * min(map(_rms_px, known), default=0.0) + EXPLAINS_PX
     with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and _rms_px(c) <= most_px]
-    for reason in (LENS_ENDS, CONTRADICTED, UNKNOWN):  # if none is free of it, the most probable is the best guess
+    # if none is free of it, the most probable is the best guess
+    for reason in (LENS_ENDS, CONTRADICTED, UNKNOWN):
         with_rays = [c for c in with_rays if not _warns(c, reason)] or with_rays
     lenses = [c for c in with_rays if "log_evidence" in c.fit.notes and isinstance(c.fit.model, RayCamera)
               and len(c.fit.model.lens_terms) >= MIN_TERMS]

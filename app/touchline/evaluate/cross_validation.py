@@ -44,7 +44,8 @@ def folds_for(observations: Observations, used: tuple[bool, ...], *, needs_every
             border_points += whole
         else:
             about = observations[i].points - observations[i].points.mean(axis=0)
-            along = about @ np.linalg.svd(about, full_matrices=False)[2][0]  # the direction in which they spread most
+            # the direction in which they spread most
+            along = about @ np.linalg.svd(about, full_matrices=False)[2][0]
             order = [(i, int(k)) for k in np.argsort(along)]
             step = max(1, -(-count // THIRDS))
             folds += [order[k:k + step] for k in range(0, count, step)]

@@ -20,7 +20,8 @@ from touchline.evaluate.report_types import DistortionReport, Sag
 from touchline.models import CameraModel, raw_from_field
 
 STANDARD_LENS_PCT = 3.0  # section IV
-NO_DISTORTION_PCT = 0.15  # a quarter of a pixel in 170: what careful clicks cannot tell from straight
+# a quarter of a pixel in 170: what careful clicks cannot tell from straight
+NO_DISTORTION_PCT = 0.15
 SAMPLES = 201
 
 Kind = Literal["barrel", "pincushion", "none"]

@@ -162,7 +162,8 @@ def _candidates(fit: Fit, sensitivity: Sensitivity, field: Field, region: Region
                 ) -> tuple[list[str], Points, Array, Array]:
     """Names, places (c, 2) px, rows (c, p), and σ px by which the lines of these may lie beside their places (c,)."""
     shapes: list[Line | Arc] = [*map(region.border, BORDERS), *(
-        line for line in field.lines.values() if field.observed_name(line.name, region) == line.name),  # else a border
+        # else a border
+        line for line in field.lines.values() if field.observed_name(line.name, region) == line.name),
         *field.arcs.values()]
     offsets = {f"line_{i}": name for i, name in enumerate(fit.notes.get("offset_names", ()))}
     column_of = {offsets[name]: k for k, name in enumerate(fit.parameter_names) if name in offsets}

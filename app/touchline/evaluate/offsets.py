@@ -194,7 +194,8 @@ def _along_arc(arc: Arc, places_a: Points, places_b: Points) -> OffsetMeasuremen
     for places in (places_a, places_b):
         arm = places - centre
         angle = np.arctan2(arm[:, 1], arm[:, 0])
-        tracks.append(((angle - middle + np.pi) % (2 * np.pi) - np.pi,  # cut opposite to where the clicks are
+        # cut opposite to where the clicks are
+        tracks.append(((angle - middle + np.pi) % (2 * np.pi) - np.pi,
                        np.linalg.norm(arm, axis=1) - arc.radius_mm))
     s, off_a, off_b = _shared(tracks)
     out = np.stack([np.cos(s + middle), np.sin(s + middle)], axis=1)

@@ -77,7 +77,8 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     # of a lens with one term, its own covariance knows nothing of what it lacks
     determined, stand_in = (freer.freer, fit.model) if freer is not None and isinstance(fit.model, RayCamera) else (
         fit, None)
-    if determined.alternative is not None:  # the points know better than a height that contradicts them
+    # the points know better than a height that contradicts them
+    if determined.alternative is not None:
         determined, stand_in = determined.alternative, fit.model
     sigma = sigma_report(determined, region, hat_mm, height_is_known, stand_in=stand_in)
     areas = _better_areas(fit.model, field, region, sigma)
@@ -96,7 +97,8 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "mm_per_px": mm_per_px(_joined(inside), _joined(inside_mm)), "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
         "inliers": int(sum(fine.sum() for fine in fit.inliers)),
         "outliers": int(sum((~fine).sum() for fine in fit.inliers)),
-        "sigma_mm": sigma,  # None where each border is a curve of its own: no common parameters, no covariance
+        # None where each border is a curve of its own: no common parameters, no covariance
+        "sigma_mm": sigma,
         "distortion": distortion_report(fit.model, region, _border_clicks(fit, observations)),
         "per_feature": [_feature_json(r, fine, used) for r, fine, used
                         in zip(residuals, fit.inliers, fit.used, strict=True)],

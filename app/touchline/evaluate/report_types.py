@@ -47,7 +47,8 @@ class ErrorFigures(TypedDict):
     rms_95: float
     max: float
     worst_place: PointJson
-    known: NotRequired[bool]  # of robot tops: whether it is a figure and no guess; absent from older reports
+    # of robot tops: whether it is a figure and no guess; absent from older reports
+    known: NotRequired[bool]
 
 
 class SigmaReport(ErrorFigures):
@@ -165,11 +166,13 @@ class FitReport(ReportedNotes):
     check_rms_mm: NotRequired[float | None]
     inliers: int
     outliers: int
-    sigma_mm: NotRequired[SigmaReport | None]  # None where each border is a curve of its own: no covariance
+    # None where each border is a curve of its own: no covariance
+    sigma_mm: NotRequired[SigmaReport | None]
     distortion: DistortionReport
     per_feature: list[FeatureRow]
     verdict: Verdict
-    areas: NotRequired[list[AreaJson]]  # that the image shows in place of the chosen one; absent: an older version
+    # that the image shows in place of the chosen one; absent: an older version
+    areas: NotRequired[list[AreaJson]]
     next_click: NotRequired[NextClick | None]
     warnings: list[WarningJson]
     camera: NotRequired[ReportedPose | None]  # None: a model without rays; absent: an older version

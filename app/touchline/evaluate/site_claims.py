@@ -15,14 +15,16 @@ from touchline.core.statements import Sentence, format_mm, join, say, sentence_i
 from touchline.evaluate.claims import Case, Claim
 from touchline.vision.picture_print import PicturePrint, likeness, nearer
 
-SAME, DIFFERENT = 0.8, 0.65  # likeness of one stream, sent in two ways, 0.65 to 0.99; of cameras of a rig up to 0.7
+# likeness of one stream, sent in two ways, 0.65 to 0.99; of cameras of a rig up to 0.7
+SAME, DIFFERENT = 0.8, 0.65
 SURE = 0.3  # nearer one of two: robots and people in a quarter gave 0.38
 CODE = "cameras-own-images"
 TRIED = ("addresses", "live-images", "calibration-images")
 EXCHANGE = say("claim.images.exchanged.fix", "Exchange the cables or the addresses of the two cameras.")
 
 Shown = Literal["own", "other", "unknown"]
-Found = Literal["apart", "unknown", "address", "image", "first", "second"]  # the last two: it shows the other's
+# the last two: it shows the other's
+Found = Literal["apart", "unknown", "address", "image", "first", "second"]
 
 BROKEN = ("offline", "stalled", "mismatch")
 STEADY = "steady"

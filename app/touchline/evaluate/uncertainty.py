@@ -185,7 +185,8 @@ def _rms_95(by: Array, covariance: Array, apart: Points) -> float:
     if mean <= 0 or variance <= 0:
         return float(np.sqrt(max(mean, 0.0)))
     ninth = variance / (9 * mean**2)  # 2 / (9 ν)
-    return float(np.sqrt(mean * (1 - ninth + QUANTILE_95 * np.sqrt(ninth)) ** 3))  # E. Wilson, M. Hilferty 1931
+    # E. Wilson, M. Hilferty 1931
+    return float(np.sqrt(mean * (1 - ninth + QUANTILE_95 * np.sqrt(ninth)) ** 3))
 
 
 def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool,

@@ -23,7 +23,8 @@ GRID = 9  # places each way over the region
 GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
 FAIR_MM = 15.0  # robots still meet the ball
 LEFT_OUT = 2.0  # how much worse a lens predicts whole borders that it has not seen
-SURE = 1.5  # an expected error's level is that of what it keeps in 95 of 100 fits, over this: 7.5 and 22.5 mm
+# an expected error's level is that of what it keeps in 95 of 100 fits, over this: 7.5 and 22.5 mm
+SURE = 1.5
 LEVELS: tuple[Level, ...] = ("good", "fair", "poor")
 
 
@@ -117,7 +118,8 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
     hat = sigma.get("hat") if sigma else None
     hat_mm, hat_95_mm = (hat["rms"], hat["rms_95"]) if hat else (0.0, 0.0)
     if known.is_physical and expected is not None and cv_mm is not None and cv_mm <= LEFT_OUT * max(expected, GOOD_MM):
-        cv_mm = None  # a line left out is predicted worse than it is known once it counts: no sign of a misfit
+        # a line left out is predicted worse than it is known once it counts: no sign of a misfit
+        cv_mm = None
     figures = [mm for mm in (cv_mm, known.check_mm, expected) if mm is not None]
     if not figures:
         return stated(Verdict(mm=None, level="unknown", levels=_levels("unknown", known), sentence=say(
@@ -127,7 +129,8 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
                  mm=mm, mm_95=expected_95) if mm == expected
              else say("verdict.checked", "Error on check points: {mm:.1f} mm.", mm=mm) if mm == known.check_mm
              else say("verdict.cross-validated", "Cross-validated error: {mm:.1f} mm.", mm=mm))
-    if known.apart_mm > GOOD_MM:  # as in the comparison of all models: what it misses, and what it has elsewhere
+    # as in the comparison of all models: what it misses, and what it has elsewhere
+    if known.apart_mm > GOOD_MM:
         mm = mm if known.is_apart_expected and mm == expected else float(np.hypot(mm, known.apart_mm))
         where = say("verdict.contradicted", "Error inside the field: {mm:.1f} mm. {model} places the field "
                     "{apart_mm:.0f} mm away with the same points.", mm=mm, model=known.freer, apart_mm=known.apart_mm)

@@ -24,7 +24,8 @@ MARKING_FOUND = 0.3  # of a marking: below it, it counts as missing
 MAX_MISSING = 0.2  # of the expected length, in markings that are missing
 MAX_UNEXPLAINED = 0.13  # of the length that was seen on the field
 MIN_AHEAD = 0.05  # of the next best camera's share
-MAX_RMS = 0.002  # of the diagonal, of the points about the drawn field: 1.5 px of 640 × 480; fields are made by hand
+# of the diagonal, of the points about the drawn field: 1.5 px of 640 × 480; fields are made by hand
+MAX_RMS = 0.002
 MIN_MARKINGS = 4
 CLEARLY = 0.05  # more of the expected length
 MISSING_SHOWN = 4

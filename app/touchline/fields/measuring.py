@@ -40,7 +40,8 @@ MAX_DISTANCES = 200
 MAX_UNKNOWNS = 300  # of 120 lines and 20 arcs: a second or two
 MIN_FAR_SIGMAS = 6.0  # of the field's own σ: 18 mm where it says 3
 MIN_NOTICED_SIGMAS = 2.0  # of it as well: a smaller move may be as uncertain as it likes
-MAX_SURE_SHARE = 0.5  # of a move, its σ: beyond it, whether the line moved at all, or another one, is not known
+# of a move, its σ: beyond it, whether the line moved at all, or another one, is not known
+MAX_SURE_SHARE = 0.5
 MAX_RESIDUAL_SIGMAS = 3.0  # of the distance's own σ
 
 
@@ -244,7 +245,8 @@ def adjust_to_tape(field: Field, distances: Sequence[TapeDistance]) -> MeasuredF
 
     prior_mm = np.full(size, max(field.line_sigma_mm, MIN_PRIOR_MM))
     first = solve(np.zeros(size), prior_mm).state
-    found = solve(first, np.maximum(prior_mm, np.abs(first)))  # what surely lies elsewhere is not drawn back
+    # what surely lies elsewhere is not drawn back
+    found = solve(first, np.maximum(prior_mm, np.abs(first)))
     spread = np.sqrt(np.diag(np.linalg.inv(found.jacobian.T @ found.jacobian)))
     moved = JoinedField(field).moved(*_moves(field, found.state))
     offsets, residuals_mm = _offsets(field, found.state, spread), tuple((measured - lengths(found.state)).tolist())

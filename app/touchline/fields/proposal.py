@@ -59,7 +59,8 @@ MIN_BENT_MM = 6.0  # rms about a line, from which on a chain is bent
 MIN_PLACES, MIN_RADIUS_MM = 12, 100.0
 CIRCLE_SHARE = 0.8  # of half the field: a circle about its middle is within
 MAX_OFF_CIRCLE_MM, SURELY_ON_CIRCLE_MM = 25.0, 15.0
-ANGLE_STEP_DEG, MIN_FIRST_DEG, MIN_CIRCLE_SEEN = 5, 60, 0.35  # of a circle: a chain's, and of all together the share
+# of a circle: a chain's, and of all together the share
+ANGLE_STEP_DEG, MIN_FIRST_DEG, MIN_CIRCLE_SEEN = 5, 60, 0.35
 MAX_OFF_CENTRE_MM = 120.0
 MAX_STRETCH = 1.4  # of a circle under a ratio of four lines
 
@@ -324,7 +325,8 @@ def _symmetric_inside(plane_from_field: Array, seen: SeenLines) -> tuple[float, 
     at, ahead = (_mapped(field_from_plane, seen.plane.undistorted_from_raw(raw))
                  for raw in (points, points + 2 * along))
     inside = (np.abs(at) < INSIDE_SHARE / 2).all(axis=1) & np.isfinite(ahead).all(axis=1)
-    mirrored = np.ones(int(inside.sum()))  # how well each point is found on the other side of both axes
+    # how well each point is found on the other side of both axes
+    mirrored = np.ones(int(inside.sum()))
     for mirror in ((-1, 1), (1, -1)):
         raw, raw_ahead = (project(plane_from_field[None], field[inside] * mirror, seen.plane)[0]
                           for field in (at, ahead))

@@ -29,7 +29,8 @@ from touchline.vision.ridges import painted_lines
 
 MAX_OFF_MM = 6.0  # rms of a piece about its line or circle: a lens's error, and a line's own
 MAX_BESIDE_MM = 25.0  # so near, two pieces are of one line
-MAX_KNOWN_MM = 60.0  # so near a marking that the field has, it is that, its edge, or that of a goal on it
+# so near a marking that the field has, it is that, its edge, or that of a goal on it
+MAX_KNOWN_MM = 60.0
 MIN_PARALLEL_COSINE = np.cos(np.radians(1.5))
 MAX_GAP_MM = 700.0  # along a line: a robot, or the mouth of another line
 MIN_LENGTH_MM = 250.0  # of a line or an arc: shorter is a robot's mark
@@ -38,10 +39,12 @@ MIN_PAINTED = 0.5  # of a line that is seen, for it to be one
 MAX_JOIN_MM = 100.0  # from a line's end to the line that it ends at
 MIN_PLACES = 12
 MIN_RADIUS_MM = 100.0  # wider than a robot
-MIN_PIECE_DEG, MIN_ARC_DEG = 20.0, 45.0  # of a circle: what its first piece shows, and all; less may be anything
+# of a circle: what its first piece shows, and all; less may be anything
+MIN_PIECE_DEG, MIN_ARC_DEG = 20.0, 45.0
 MIN_FULL = 0.5  # of a circle that is seen, for all of it to be there
 STEP_DEG = 5.0
-MAX_PIECES = 400  # the longest chains: of noise there may be thousands, and each is held against the others
+# the longest chains: of noise there may be thousands, and each is held against the others
+MAX_PIECES = 400
 MAX_ADDED = 40  # lines and arcs
 MIN_ON_LINE = 0.7  # of a piece, for it to be a line that the field has
 MAX_CROSSING_COSINE = 0.7  # between two lines of which one ends at the other

@@ -71,7 +71,8 @@ def _without_frame(lines: Sequence[Line], arcs: Sequence[Arc], half: Point) -> t
         frame = [line for line in lines if _is_beyond(line, 0, x) or _is_beyond(line, 1, y)]
         is_closed = along[y] >= x and across[x] >= y
         is_large = x > MIN_FRAMED * half[0] and y > MIN_FRAMED * half[1]
-        is_around = all(line.length_mm > MIN_FRAMED * min(half) for line in frame)  # a short line out there is no frame
+        # a short line out there is no frame
+        is_around = all(line.length_mm > MIN_FRAMED * min(half) for line in frame)
         has_arcs = all(abs(arc.centre[0]) <= x + MAX_JOIN_MM and abs(arc.centre[1]) <= y + MAX_JOIN_MM for arc in arcs)
         if is_closed and is_large and is_around and has_arcs:
             clipped = [replace(line, start=_clipped(line.start, (x, y)), end=_clipped(line.end, (x, y)))
@@ -134,7 +135,8 @@ def _line_names(lines: Sequence[Line], arcs: Sequence[Arc], half: Point) -> list
         is_front = line.start[0] == line.end[0] and 0 < x < half[0] and line.start[1] == -y
         return (x, y) if is_front and (is_round or (x, y) in side_starts) else None
     fronts = sorted({front for line in lines if (front := front_of(line)) is not None}, key=lambda front: -front[1])
-    stems = (DEFENCE, GOAL_AREA) if len(fronts) > 1 or is_round else (GOAL_AREA,)  # the wider one first
+    # the wider one first
+    stems = (DEFENCE, GOAL_AREA) if len(fronts) > 1 or is_round else (GOAL_AREA,)
     stem_of = dict(zip(fronts, stems, strict=False))
     return [_line_name(line, half, stem_of) for line in lines]
 

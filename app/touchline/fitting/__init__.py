@@ -17,9 +17,12 @@ from touchline.models import CameraModel
 __all__ = ["FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"]
 
 FITTERS: Registry[type[Fitter]] = Registry("camera model", {
-    "polynomial": "touchline.fitting.polynomial:PolynomialFitter",  # four border curves, then the relation to mm
-    "homography": "touchline.fitting.homography:HomographyFitter",  # normalised DLT, then distances in pixels
-    "division": "touchline.fitting.ray_camera.fit:DivisionFitter",  # ray cameras: linear start, robust refinement
+    # four border curves, then the relation to mm
+    "polynomial": "touchline.fitting.polynomial:PolynomialFitter",
+    # normalised DLT, then distances in pixels
+    "homography": "touchline.fitting.homography:HomographyFitter",
+    # ray cameras: linear start, robust refinement
+    "division": "touchline.fitting.ray_camera.fit:DivisionFitter",
     "brown-conrady": "touchline.fitting.ray_camera.fit:BrownConradyFitter",
     "fisheye": "touchline.fitting.ray_camera.fit:FisheyeFitter",
     "ssl": "touchline.fitting.ray_camera.fit:SslFitter",

@@ -83,7 +83,8 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
     solved = _solve(t[inliers], value[inliers], degree)
     plain = _plain_from_chebyshev(degree) @ solved.coefficients
     curve = Curve(tuple(float(c) for c in plain), float(centre), float(scale))
-    held_out = value - curve(position)  # an outlier is not in the fit: its residual is held out already
+    # an outlier is not in the fit: its residual is held out already
+    held_out = value - curve(position)
     held_out[inliers] = _held_out(solved)
     twin = np.searchsorted(once, same)
     return CurveFit(curve, inliers[twin], whole[1] - curve(whole[0]), held_out[twin], reason)
@@ -170,7 +171,8 @@ def _worst_outliers(solved: _Solved, degree: int, pairs: bool) -> Indices:
     """Return indices of the one or two points whose removal explains most, if that is beyond chance."""
     n = solved.residuals.size
     free = 1 - solved.leverage
-    gain = np.where(free > 1e-6, solved.residuals**2 / np.maximum(free, 1e-6), 0.0)  # RSS - RSS without i
+    # RSS - RSS without i
+    gain = np.where(free > 1e-6, solved.residuals**2 / np.maximum(free, 1e-6), 0.0)
     rss = float(np.sum(solved.residuals**2))
     best = int(np.argmax(gain))
     one = _beyond_chance(gain[best], abs(solved.residuals[best]) / max(free[best], 1e-6), rss, n - degree - 2)
@@ -217,7 +219,8 @@ def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, Sentence,
         errors_px[degree], outliers[degree] = np.nan_to_num(missed, nan=MISS_PX), inliers
     rms_px = {d: root_mean_square(m) for d, m in errors_px.items()}
     best = min(rms_px, key=rms_px.__getitem__)
-    alike = rms_px[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX  # an rms of n values is known no better
+    # an rms of n values is known no better
+    alike = rms_px[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX
 
     def as_good(d: int) -> bool:
         worse = errors_px[d] ** 2 - errors_px[best] ** 2

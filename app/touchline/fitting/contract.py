@@ -116,7 +116,8 @@ class Fitter(ABC):
 
     MODEL: ClassVar[type[CameraModel]]
     OPTIONS: ClassVar[tuple[Option, ...]]
-    NEEDS_EVERY_BORDER: ClassVar[bool] = False  # made of borders: none of them can be left out to check it
+    # made of borders: none of them can be left out to check it
+    NEEDS_EVERY_BORDER: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod

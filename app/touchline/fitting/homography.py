@@ -41,7 +41,8 @@ from touchline.fitting.sensitivity import HomographyParameters, ParameterSensiti
 from touchline.models import CameraModel, parameters_json
 from touchline.models.homography import Homography
 
-TRIALS, PER_TRIAL = 100, 10  # random tens of clicks: with four outliers in 36, 27 of the tens are clean
+# random tens of clicks: with four outliers in 36, 27 of the tens are clean
+TRIALS, PER_TRIAL = 100, 10
 SUSPECT_PX = 10.0  # a click this far off may have distorted the linear estimate
 MAX_SIGMA_SHARE = 0.1  # of the region's shorter side: a corner known no better is not known
 

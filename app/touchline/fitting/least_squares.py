@@ -18,7 +18,8 @@ State = TypeVar("State")
 
 FIRST_DAMPING = 1e-3
 MAX_DAMPING = 1e12
-STANDING = 10.0  # times a gain that is no gain: a step may promise so much where the cost stands still
+# times a gain that is no gain: a step may promise so much where the cost stands still
+STANDING = 10.0
 MIN_DAMPING_FACTOR = 0.1  # of one good step; the usual third needs twice the evaluations
 
 

@@ -69,7 +69,8 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
     lines = incidences.lines @ np.linalg.inv(unit)  # lines transform with the inverse of the points
     lines = lines / np.linalg.norm(lines[:, :2], axis=1, keepdims=True)
     rr = np.sum(plane**2, axis=1)
-    lifted = np.stack([np.concatenate([plane, (1 + b * rr)[:, None]], axis=1) for b in bends])  # (b, n, 3)
+    # (b, n, 3)
+    lifted = np.stack([np.concatenate([plane, (1 + b * rr)[:, None]], axis=1) for b in bends])
     design = (lines[None, :, :, None] * lifted[:, :, None, :]).reshape(len(bends), rows, 9)
     values, vectors = np.linalg.eigh(np.swapaxes(design, 1, 2) @ design)
     g = vectors[:, :, 0].reshape(-1, 3, 3)
@@ -77,9 +78,11 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
         depth = np.einsum("bj,bnj->bn", g[:, 2], lifted)
         miss = np.einsum("nj,bjk,bnk->bn", lines, g, lifted) / depth
         error = np.sqrt(np.mean(np.where(np.isfinite(miss), miss, 1e3) ** 2, axis=1))
-        error = np.where((np.abs(np.sign(depth).sum(axis=1)) == rows), error, np.inf)  # the horizon cuts the clicks
+        # the horizon cuts the clicks
+        error = np.where((np.abs(np.sign(depth).sum(axis=1)) == rows), error, np.inf)
     best = int(np.argmin(error))
-    flattened = np.linalg.svd(g[best], compute_uv=False)[-1] < DEGENERATE  # the picture would fall onto one line
+    # the picture would fall onto one line
+    flattened = np.linalg.svd(g[best], compute_uv=False)[-1] < DEGENERATE
     if flattened or values[best, 1] < DEGENERATE * values[best, -1]:
         raise FitFailed(NOT_DETERMINED, MORE_LINES, reason="lines-not-enough")
     if not np.isfinite(error[best]):

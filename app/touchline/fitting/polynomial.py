@@ -26,14 +26,17 @@ from touchline.fitting.contract import (
 from touchline.models import CameraModel
 from touchline.models.polynomial import MAX_DEGREE, Polynomial
 
-MISTAKE_SHARE = 0.02  # of the field: a known point further off than this was clicked on another mark
+# of the field: a known point further off than this was clicked on another mark
+MISTAKE_SHARE = 0.02
 MAX_AUTO_DEGREE = 3  # what section III-B used; more follows the clicks
 
 Place = tuple[int, int]  # (observation, point)
-_Known = tuple[float, float, int, int]  # share of I_width or I_height, share of the field, and whose
+# share of I_width or I_height, share of the field, and whose
+_Known = tuple[float, float, int, int]
 
 MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
-EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve past its last click is not accepted further
+# of a border's length; a curve past its last click is not accepted further
+EXTRAPOLATED_SHARE = 0.08
 
 
 class Relation(NamedTuple):
@@ -67,7 +70,8 @@ def relate(model: Polynomial, observations: Observations, field: Field, wanted: 
             if knows_v and np.isfinite(y_c):
                 down.append((y_c / model.height_px, v / region.height_mm, i, k))
         used.append(bool((knows_u or knows_v) and observation.z_mm == 0))
-    levels = 2 + len({round(row[1], 6) for row in down if 0.02 < row[1] < 0.98})  # the two borders are known rows
+    # the two borders are known rows
+    levels = 2 + len({round(row[1], 6) for row in down if 0.02 < row[1] < 0.98})
     degree = min(MAX_AUTO_DEGREE, levels - 1) if wanted == "auto" else wanted
     if degree > levels - 1:
         raise FitFailed(
@@ -172,7 +176,8 @@ class PolynomialFitter(Fitter):
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
 
         progress(0.4, "Fitting the top and bottom borders")
-        for name in ("top", "bottom"):  # clicked on the raw picture, carried over to the horizontally corrected one
+        # clicked on the raw picture, carried over to the horizontally corrected one
+        for name in ("top", "bottom"):
             x, y = borders[name].points[:, 0], borders[name].points[:, 1]
             x_initial = fits["left"].curve(y)
             x_c = (x - x_initial) * width_px / (fits["right"].curve(y) - x_initial)  # Eq. (4)
@@ -225,7 +230,8 @@ def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None
         check_inside_picture((Observation(border.name, "line", border.points),), image_size)
     points = np.concatenate([b.points for b in borders.values()])
     spread = np.linalg.svd((points - points.mean(axis=0)) / np.sqrt(len(points)), compute_uv=False)
-    if 12 * spread[0] * spread[1] < MIN_HULL_SHARE * image_size.width * image_size.height:  # a rectangle's area
+    # a rectangle's area
+    if 12 * spread[0] * spread[1] < MIN_HULL_SHARE * image_size.width * image_size.height:
         raise FitFailed(say("refused.one-line", "The points of all four borders are nearly on one line."),
                         say("refused.one-line.fix", "Mark each border along its own line."), reason="collinear-points")
 

@@ -35,7 +35,8 @@ class Format:
     write: Callable[..., bytes]
     read: Callable[..., Any] | None = None  # None where it cannot be read back
     recognises: Callable[[bytes], bool] | None = None
-    lenses: Mapping[str, tuple[str, ...]] = member(default_factory=dict)  # of a camera format: terms by model name
+    # of a camera format: terms by model name
+    lenses: Mapping[str, tuple[str, ...]] = member(default_factory=dict)
     square_pixels: bool = False  # whether a camera must have them
 
 
@@ -46,7 +47,10 @@ FORMATS: Registry[Format] = Registry("export format", {
     "kalibr": "touchline.formats.kalibr:FORMAT",  # a camchain of one camera
     "mrcal": "touchline.formats.mrcal:FORMAT",  # .cameramodel, lens and pose
     "photonvision": "touchline.formats.photonvision:FORMAT",  # one resolution's calibration
-    "ssl-vision": "touchline.formats.ssl_vision:FORMAT",  # the league's geometry packet: lens, pose and field
-    "npz": "touchline.formats.npz_file:FORMAT",  # a remap table: correct pictures with numpy and OpenCV alone
-    "csv": "touchline.formats.csv_points:FORMAT",  # clicks and a grid of positions, for spreadsheets
+    # the league's geometry packet: lens, pose and field
+    "ssl-vision": "touchline.formats.ssl_vision:FORMAT",
+    # a remap table: correct pictures with numpy and OpenCV alone
+    "npz": "touchline.formats.npz_file:FORMAT",
+    # clicks and a grid of positions, for spreadsheets
+    "csv": "touchline.formats.csv_points:FORMAT",
 })

@@ -25,9 +25,11 @@ from touchline.formats.numbers import format_error, integer, number, numbers, re
 from touchline.models import CameraModel, Restored
 from touchline.models.ray_camera import RayCamera, lens_model
 
-NO_WORSE = 1.05  # a lens with fewer terms is preferred unless richer ones are nearer by more than this
+# a lens with fewer terms is preferred unless richer ones are nearer by more than this
+NO_WORSE = 1.05
 NO_WORSE_MM = 1e-6
-TERM_LADDER = (("k1", "k2"), ("k1", "k2", "p1", "p2"), ("k1", "k2", "p1", "p2", "k3"))  # before a lens's all
+# before a lens's all
+TERM_LADDER = (("k1", "k2"), ("k1", "k2", "p1", "p2"), ("k1", "k2", "p1", "p2", "k3"))
 
 MARK = re.compile(rb"^# touchline: ([^\r\n]*)", re.MULTILINE)
 HEAD_BYTES = 8192
@@ -119,7 +121,8 @@ class Metadata:
     field: str | None = None
     region: str | None = None
     rotate: int | None = None
-    rectangle: tuple[float, float, int, int] | None = None  # width_px, height_px, n_rectangles_x and _y
+    # width_px, height_px, n_rectangles_x and _y
+    rectangle: tuple[float, float, int, int] | None = None
     camera: str | None = None
     pose: CameraPose | None = None
 

@@ -14,7 +14,8 @@ from touchline.imaging.correction import correction_map
 from touchline.models import field_from_raw, model_of
 
 BLOCK_NODES = 1 << 16  # mapped at once: a spline compares each with all its nodes
-GRID_STEP_PX = 8  # field positions are given on a grid; between its nodes a bilinear look-up is good to 0.1 px
+# field positions are given on a grid; between its nodes a bilinear look-up is good to 0.1 px
+GRID_STEP_PX = 8
 
 
 def write(calibration: Calibration, progress: Progress = no_progress) -> bytes:

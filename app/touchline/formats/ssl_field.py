@@ -44,7 +44,8 @@ NAMES = {  # ours: theirs, which names its shape as well
 }
 OURS = {theirs: ours for ours, theirs in NAMES.items()}
 DEFENCE_SIDE = re.compile(r"defence-(left|right)-(top|bottom)")
-GOAL_MM = {"width_mm": 1000, "depth_mm": 180, "height_mm": 160}  # where a field has none: required on the wire
+# where a field has none: required on the wire
+GOAL_MM = {"width_mm": 1000, "depth_mm": 180, "height_mm": 160}
 
 
 def known_field(sent: SSL_GeometryFieldSize, known: Iterable[Field]) -> Field | None:

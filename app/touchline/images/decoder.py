@@ -22,7 +22,8 @@ from touchline.processes.framing import Message
 from touchline.processes.start import ChildProcess, Program
 
 START_S = 30.0  # importing OpenCV takes 0.2 s, on a busy small machine some seconds
-PROGRAM = Program("touchline.images.decoder_worker:main")  # it limits itself, once its codecs are loaded
+# it limits itself, once its codecs are loaded
+PROGRAM = Program("touchline.images.decoder_worker:main")
 
 
 class DecoderProcess:

@@ -18,10 +18,13 @@ class ImageLimits:
     """The largest picture that is decoded, and what decoding may cost."""
 
     max_bytes: int = 32_000_000
-    max_pixels: int = 50_000_000  # 150 MB of BGR; the largest industrial sensors have 50 Mpx or less
+    # 150 MB of BGR; the largest industrial sensors have 50 Mpx or less
+    max_pixels: int = 50_000_000
     max_side_px: int = 16_384
-    max_jpeg_scans: int = 64  # a progressive picture has about 10; every scan costs a pass over all pixels
-    max_png_ratio: float = 200.0  # decoded to compressed bytes; photographs reach 2, drawn fields some 100
+    # a progressive picture has about 10; every scan costs a pass over all pixels
+    max_jpeg_scans: int = 64
+    # decoded to compressed bytes; photographs reach 2, drawn fields some 100
+    max_png_ratio: float = 200.0
     png_ratio_free_bytes: int = 32 * 2**20  # below it a high ratio is an empty scene, not a bomb
     memory_bytes: int = 2**30  # address space of the process that decodes
     wall_s: float = 5.0

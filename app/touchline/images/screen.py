@@ -41,9 +41,11 @@ HEADER_BYTES = (40, 52, 56, 64, 108, 124)
 BITS_PER_PIXEL = {0: (1, 4, 8, 16, 24, 32), 3: (16, 32)}  # by compression: none, bit fields
 
 EOI, SOS, HUFFMAN = 0xD9, 0xDA, 0xC4
-APP1 = 0xE1  # Exif or XMP: either may say that viewers are to turn the picture, which the decoders here do not
+# Exif or XMP: either may say that viewers are to turn the picture, which the decoders here do not
+APP1 = 0xE1
 PLAIN = (0xC0, 0xC1, 0xC2)  # baseline, extended, progressive: what cameras write
-OTHER_KINDS = (0xC3, 0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF)  # lossless, hierarchical, arithmetic
+# lossless, hierarchical, arithmetic
+OTHER_KINDS = (0xC3, 0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF)
 SEGMENTS = {HUFFMAN, 0xCC, *range(0xDB, 0xF0), 0xFE}  # tables, application data, comments
 MAX_SEGMENTS = 5_000
 

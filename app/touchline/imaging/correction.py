@@ -31,7 +31,8 @@ BORDER_BGR = (24, 20, 16)  # what the raw picture does not show
 MAX_ERROR_PX = 0.025  # between the nodes: at the edge of a white line, two grey levels
 FIRST_COLUMNS = 17
 MAX_NODES = 513  # in a row or column
-SPARE = 1.1  # more nodes than the error found asks for: it falls with their square only where the lens is even
+# more nodes than the error found asks for: it falls with their square only where the lens is even
+SPARE = 1.1
 
 
 @dataclass(frozen=True)
@@ -175,7 +176,8 @@ def correction_mesh(model: CameraModel, margin_px: int = 0, columns: int | None 
         mesh = _mesh(model, view, min(wanted, MAX_NODES), rows)
         if columns or rows or mesh.error_px <= MAX_ERROR_PX or max(mesh.raw_px.shape) >= MAX_NODES:
             return mesh
-        finer = SPARE * (mesh.error_px / MAX_ERROR_PX) ** 0.5  # interpolated linearly, it falls with the square
+        # interpolated linearly, it falls with the square
+        finer = SPARE * (mesh.error_px / MAX_ERROR_PX) ** 0.5
         wanted = 1 + int(np.ceil((wanted - 1) * min(finer, 4.0)))
 
 
@@ -184,7 +186,8 @@ def _mesh(model: CameraModel, view: CorrectedView, columns: int, rows: int | Non
     size = view.size(model)
     if rows is None:
         rows = min(MAX_NODES, max(2, 1 + int(np.ceil((columns - 1) * size.height / size.width))))
-    x = np.linspace(-0.5, size.width - 0.5, 2 * columns - 1)  # and halfway between, where it is off most
+    # and halfway between, where it is off most
+    x = np.linspace(-0.5, size.width - 0.5, 2 * columns - 1)
     y = np.linspace(-0.5, size.height - 0.5, 2 * rows - 1)
     x_c = view.corrected_from_view(model, x[:, None] * [1.0, 0.0])[:, 0]
     y_c = view.corrected_from_view(model, y[:, None] * [0.0, 1.0])[:, 1, None]

@@ -8,7 +8,8 @@ from touchline.core import opencv
 
 SHADES = 256
 BAR_PX, MARGIN_PX, LABEL_PX = 18, 14, 64
-TICKS = (0.0, 5.0, 15.0)  # mm, of every map: where good and usable end, so that a colour always means the same
+# mm, of every map: where good and usable end, so that a colour always means the same
+TICKS = (0.0, 5.0, 15.0)
 Colour = tuple[int, int, int]
 INK, PAPER = BRIGHT, DARK = (230, 236, 233), (28, 23, 20)
 

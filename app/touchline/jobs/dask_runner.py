@@ -117,7 +117,8 @@ class DaskCluster:
             try:
                 socket.create_connection((self._host, self._port), timeout=1.0).close()
                 return self._new_client()
-            except (OSError, AssertionError):  # Dask's handshake raises both where a busy scheduler answers late
+            # Dask's handshake raises both where a busy scheduler answers late
+            except (OSError, AssertionError):
                 if time.monotonic() > until:
                     raise self._unreachable() from None
                 time.sleep(CONNECT_POLL_S)

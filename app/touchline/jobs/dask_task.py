@@ -49,7 +49,8 @@ def do(request_text: str) -> str:
         now = time.monotonic()
         if message != reported or now - reported_at >= MIN_INTERVAL_S:
             reported_at, reported = now, message
-            said = stated({"message": message}) | {"message": str(message)}  # plain for Dask's own encoding
+            # plain for Dask's own encoding
+            said = stated({"message": message}) | {"message": str(message)}
             worker.log_event(request["topic"], {"key": key, "kind": "progress", "fraction": float(fraction), **said})
 
     cv2.setNumThreads(1)

@@ -96,7 +96,8 @@ class FairQueue(Generic[Item]):
     def __init__(self) -> None:
         self._lock = Lock()
         self._numbers = count()
-        self._turns: queue.PriorityQueue[tuple[float, int, str | None]] = queue.PriorityQueue()  # of addresses
+        # of addresses
+        self._turns: queue.PriorityQueue[tuple[float, int, str | None]] = queue.PriorityQueue()
         self._waiting: dict[str, list[tuple[float, int, Item]]] = {}  # by address: a heap
 
     def put(self, item: Item, caller: Caller, before_of_address: int, before_of_name: int) -> None:
@@ -129,7 +130,8 @@ class FairQueue(Generic[Item]):
 
 
 Run = Callable[[Any, Progress], Any]
-ResultSaver = Callable[[Any, Any], Any]  # what run returned, and the job's context -> the job's result
+# what run returned, and the job's context -> the job's result
+ResultSaver = Callable[[Any, Any], Any]
 
 
 class JobEngine:

@@ -17,7 +17,8 @@ from touchline.processes.start import ChildProcess, Program
 
 Report = Callable[[float, str], None]  # fraction, message
 
-MAX_ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
+# a worker may be lost by chance twice; a job that has lost three is itself to blame
+MAX_ATTEMPTS = 3
 
 START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
 STOP_S = 1.0  # a cancelled job has so long to stop by itself

@@ -37,8 +37,10 @@ JOIN_S = 5.0
 MAX_SENDERS = 32
 MAX_CAMERAS = 64  # of one sender; the league has at most eight
 RECEIVE_S = 0.25
-REJOIN_S = 5.0  # of silence: an interface that came back, or a switch that lost us, needs a new join
-CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05  # of one core's time for decoding: all senders together, and one
+# of silence: an interface that came back, or a switch that lost us, needs a new join
+REJOIN_S = 5.0
+# of one core's time for decoding: all senders together, and one
+CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05
 PAUSE_S = 0.002  # between packets that are skipped: a flood must not occupy the process
 FORGET_S = 600.0
 
@@ -92,7 +94,8 @@ class Publisher:
 
     def _run(self) -> None:
         while not self._ended:
-            self._wakened.clear()  # before looking: what changes meanwhile is sent in the next round
+            # before looking: what changes meanwhile is sent in the next round
+            self._wakened.clear()
             self.status = self._publish()
             self._wakened.wait(self.config.interval_s if self.status.problem is None else
                                min(RETRY_S, self.config.interval_s))
@@ -189,7 +192,8 @@ class GeometryListener:
                     self._receive(datagram)
                     last_s = now
                 elif now - last_s > REJOIN_S:
-                    fresh = MulticastReceiver(self.address)  # before the old one goes, so that nothing is missed
+                    # before the old one goes, so that nothing is missed
+                    fresh = MulticastReceiver(self.address)
                     receiver.close()
                     receiver, last_s = fresh, now
         finally:

@@ -31,7 +31,8 @@ from touchline.models.ray_camera import RayCamera
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_GeometryCameraCalibration
 
-MIN_IGNORED_PX = 0.5  # of a negative term, from which operators are warned of readers that ignore it
+# of a negative term, from which operators are warned of readers that ignore it
+MIN_IGNORED_PX = 0.5
 
 
 @dataclass(frozen=True)

@@ -94,7 +94,8 @@ async def update_publishing(services: ServicesDep, body: PublishingChanges, if_m
     """
     publishing = services.part(PublishingService)
     await services.run_in_thread(publishing.change, body.model_dump(exclude_unset=True), etag=if_match)
-    for camera in await services.run_in_thread(services.cameras.all):  # their detections go by the same numbers
+    # their detections go by the same numbers
+    for camera in await services.run_in_thread(services.cameras.all):
         services.live.refresh(camera.id)
     return await read_publishing(services)
 

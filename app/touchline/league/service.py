@@ -94,7 +94,8 @@ class PublishingService(RunningPart):
         self.config = self._read_config()
         self.packet_camera = PacketCameraCache()
         self._passed_on = self._saved_passed_on = self._read_passed_on()
-        self._senders: tuple[MulticastSender, ...] = ()  # now and before, whose last packets may still be received
+        # now and before, whose last packets may still be received
+        self._senders: tuple[MulticastSender, ...] = ()
         self._publisher: Publisher | None = None
         self._listener: GeometryListener | None = None
         self._running = False
@@ -228,7 +229,8 @@ class PublishingService(RunningPart):
             self._publisher = None
             publisher.close()
         if config.enabled and self._publisher is None:
-            self._senders = (*self._senders[-1:], MulticastSender(config.address))  # known as ours before it sends
+            # known as ours before it sends
+            self._senders = (*self._senders[-1:], MulticastSender(config.address))
             self._publisher = Publisher(config, self._active, self.packet_camera, self._fields, self._newest_passed_on,
                                         self._senders[-1])
         listens = config.absorb or config.enabled  # who publishes must know who else does

@@ -47,7 +47,8 @@ UNKNOWN_QUALITY: PictureQuality = {"still": None, "print": None, "light": None, 
 SEEN = ("live", "mismatch")  # states of a camera that gives pictures, whatever they are worth
 log = logging.getLogger("touchline")
 Trust = Callable[[Calibration, Identity], None]
-MakeFeed = Callable[[str, Callable[[], None]], CameraFeed]  # of the camera's id, and of what sends its settings
+# of the camera's id, and of what sends its settings
+MakeFeed = Callable[[str, Callable[[], None]], CameraFeed]
 
 
 class LiveCamera:

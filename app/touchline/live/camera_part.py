@@ -10,7 +10,8 @@ from touchline.live.failures import Failures
 from touchline.live.messages import StreamSpec
 from touchline.live.picture import AppliedCalibration
 
-Request = Callable[[JsonObject], tuple[JsonObject, bytes]]  # its values → the answer's JSON and payload
+# its values → the answer's JSON and payload
+Request = Callable[[JsonObject], tuple[JsonObject, bytes]]
 
 
 @dataclass(frozen=True)

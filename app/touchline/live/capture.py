@@ -159,7 +159,8 @@ class FrameCapture:
                 if self._read(source):
                     wait_s = RETRY_S
             if self._problem is not None and self._problem["reason"] == ENDED:
-                return  # a film that is not to be shown again: its last picture stays, called offline
+                # a film that is not to be shown again: its last picture stays, called offline
+                return
             time.sleep(wait_s)
             wait_s = min(2 * wait_s, MAX_RETRY_S)
 
@@ -175,7 +176,8 @@ class FrameCapture:
                 begun = time.monotonic()
                 self._keep(source.read())
                 if not came:
-                    return_memory()  # opening may have taken much more than what is kept: a field is painted
+                    # opening may have taken much more than what is kept: a field is painted
+                    return_memory()
                 came = True
                 while self._actions:
                     _answer(source, *self._actions.popleft())

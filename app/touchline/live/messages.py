@@ -27,10 +27,13 @@ STREAMS, CALIBRATE, FOLLOW, REQUEST, STATUS, PICTURE, FEED = range(FIRST_KIND, F
 
 
 VIEWS = ("raw", "corrected", "side")
-STEP_PX = 160  # widths are rounded up to its multiples, qualities to tens: viewers who differ little share an encoding
+# widths are rounded up to its multiples, qualities to tens: viewers who differ little share an
+# encoding
+STEP_PX = 160
 MAX_WIDTH = 3840
 
-EARLY_SHARE = 0.25  # of the interval: a frame so much too early is still taken, or every second would be lost
+# of the interval: a frame so much too early is still taken, or every second would be lost
+EARLY_SHARE = 0.25
 RATE_FRAMES = 20  # over so many intervals the rate is measured
 
 

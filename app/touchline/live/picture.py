@@ -31,7 +31,8 @@ from touchline.models import CameraModel, Restored
 from touchline.processes.framing import encode_body
 from touchline.workflows.calibration import overlay
 
-MARGIN = 0.06  # of the corrected frame's width is shown around the field, so that its borders are in view
+# of the corrected frame's width is shown around the field, so that its borders are in view
+MARGIN = 0.06
 GAP_PX = 4  # between the two halves of a picture that stands side by side
 PASSED_BYTES_PX = 0.5  # of a JPEG that is passed on at quality 80; twice as many for each ten more
 OVERLAY_PX = 0.25  # a drawn line may be off by so much where points are left out of it
@@ -159,7 +160,8 @@ class Encoder:
         self._capture = capture
         self._send = send
         self._failures = failures
-        self._watched: dict[int, tuple[StreamSpec, float]] = {}  # number → stream, interval s (0: every frame)
+        # number → stream, interval s (0: every frame)
+        self._watched: dict[int, tuple[StreamSpec, float]] = {}
         self._rates: dict[int, Rate] = {}
         self.calibration: AppliedCalibration | None = None
         self._changed = threading.Event()
@@ -185,7 +187,8 @@ class Encoder:
                 done.clear()
                 continue
             fresh = bool(set(watched) - done)
-            taken = self._capture.after(seq - 1 if fresh else seq, IDLE_S, in_passing=True)  # watch() said how often
+            # watch() said how often
+            taken = self._capture.after(seq - 1 if fresh else seq, IDLE_S, in_passing=True)
             if taken is None:
                 continue
             self._rates = {number: self._rates.get(number) or Rate() for number in watched}
@@ -211,7 +214,9 @@ class Encoder:
                 drawn = ImageSize(pixels.shape[1], pixels.shape[0])
                 jpeg = encode(pixels, "jpg", spec.quality)
         except TouchlineError:
-            return  # no calibration, or one that cannot be drawn at this size: the server says why; a damaged picture
+            # no calibration, or one that cannot be drawn at this size: the server says why; a
+            # damaged picture
+            return
         self.encoded += 1
         head |= more | {"width": drawn.width, "height": drawn.height, "raw_width": raw.width,
                         "raw_height": raw.height, "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}

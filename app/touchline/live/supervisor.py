@@ -27,7 +27,8 @@ UNKNOWN_S = 6.0  # a camera of which one picture came may send one every second 
 STATIC_SOURCES = ("picture", "folder", "video", "sim")  # sources whose pictures may stay the same
 CODED_SOURCES = ("rtsp",)  # sources whose pictures may stay the same up to the next key frame:
 FROZEN_CODED_S = 60.0
-SHARE_IN_DOUBT = 0.2  # of a picture: coded anew from a frozen one, a quarter to all of it stays the same
+# of a picture: coded anew from a frozen one, a quarter to all of it stays the same
+SHARE_IN_DOUBT = 0.2
 NO_NOISE_FIX = say("camera.no-noise.fix", "If the camera still delivers new images, set it to less compression and to "
                    "key frames every few seconds; otherwise restart it.")
 

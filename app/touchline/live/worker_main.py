@@ -73,7 +73,8 @@ class QualityMonitor:
         still = self._stillness.add(small, taken.moment)
         field = self._field_of(small.shape[1], small.shape[0], taken.frame.size)
         found_light = light.measure_light(small, field)
-        found_sharpness = sharpness.measure_sharpness(taken.frame.pixels, field)  # reduced, a soft edge looks sharp
+        # reduced, a soft edge looks sharp
+        found_sharpness = sharpness.measure_sharpness(taken.frame.pixels, field)
         words = [*light.advice(found_light), *sharpness.advice(found_sharpness), *flicker.advice(self._flicker)]
         words.sort(key=lambda word: word["severity"] != "warning")
         found_print = PicturePrint.of(small)
@@ -112,7 +113,8 @@ class QualityMonitor:
 def main(connection: Connection, arguments: dict[str, Any]) -> None:
     """Serve until the server goes. arguments: {"source", "fields", "pictures", "hosts", "limits", "parts"}."""
     for target in arguments.get("parts", ()):
-        with contextlib.suppress(Exception):  # imported before the server counts the seconds; refused below
+        # imported before the server counts the seconds; refused below
+        with contextlib.suppress(Exception):
             load(target)
     connection.send(START, 0, encode_body({}))
     CameraWorker(connection, arguments).run()

@@ -28,11 +28,15 @@ __all__ = ["MODELS", "CameraModel", "RayModel", "Restored", "field_from_raw", "m
            "parameters_json", "raw_from_field"]
 
 MODELS: Registry[type[CameraModel]] = Registry("camera model", {
-    "polynomial": "touchline.models.polynomial:Polynomial",  # the paper's: two 1-D corrections from four borders
-    "homography": "touchline.models.homography:Homography",  # no lens at all: eight numbers from four lines
-    "thin-plate": "touchline.models.thin_plate:ThinPlate",  # of earlier versions, read and no longer fitted
+    # the paper's: two 1-D corrections from four borders
+    "polynomial": "touchline.models.polynomial:Polynomial",
+    # no lens at all: eight numbers from four lines
+    "homography": "touchline.models.homography:Homography",
+    # of earlier versions, read and no longer fitted
+    "thin-plate": "touchline.models.thin_plate:ThinPlate",
     "division": "touchline.models.ray_camera:Division",  # a pinhole with one distortion number
-    "brown-conrady": "touchline.models.ray_camera:BrownConrady",  # radial and tangential: nearly every field camera
+    # radial and tangential: nearly every field camera
+    "brown-conrady": "touchline.models.ray_camera:BrownConrady",
     "fisheye": "touchline.models.ray_camera:Fisheye",  # Kannala–Brandt, for very wide lenses
     "ssl": "touchline.models.ray_camera:Ssl",  # the league's one term, for its software
 })

@@ -19,7 +19,8 @@ from touchline.models.ray_camera import lens_model
 from touchline.models.rotation import matrix_from_vector
 
 RETURNED = "Send the lens that a board calibration returned."
-PINHOLE_PARAMETERS = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
+# the names before those of the lens's own terms
+PINHOLE_PARAMETERS = ("log_focal", "aspect", "centre_x", "centre_y")
 
 GRID = (24, 18)
 TURN_STEPS = 8

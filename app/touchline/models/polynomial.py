@@ -31,7 +31,8 @@ from touchline.models.contract import EXPORTED, CameraModel, read_model
 
 MAX_DEGREE = 8
 
-REACH = 1.0  # how far beyond the picture a border is extrapolated, as a share of the picture's extent
+# how far beyond the picture a border is extrapolated, as a share of the picture's extent
+REACH = 1.0
 MIN_EXTENT_PX = 1.0  # borders nearer than this have met
 
 

@@ -30,7 +30,8 @@ from touchline.models.contract import EXPORTED
 
 BLOCK = 1 << 19  # so many kernel values at a time stay in the cache
 
-REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
+# of the field's extent on each side; the widest without a fold is kept
+REACHES = (0.5, 0.25, 0.1, 0.05)
 MIN_STRETCH = 0.05  # a picture squeezed to less than this share is folding
 FOLD_GRID = 41
 NEWTON_STEPS = 40
@@ -201,7 +202,8 @@ def unfolded_reach(base: CameraModel, spline: Spline) -> float:
         places = np.concatenate([np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), spline.knots])
         slope = spline.with_gradient(places)[1] / unit + np.eye(2)
         mean, half = (slope[:, 0, 0] + slope[:, 1, 1]) / 2, (slope[:, 0, 0] - slope[:, 1, 1]) / 2
-        least = mean - np.hypot(half, (slope[:, 0, 1] + slope[:, 1, 0]) / 2)  # eigenvalue of the symmetric part
+        # eigenvalue of the symmetric part
+        least = mean - np.hypot(half, (slope[:, 0, 1] + slope[:, 1, 0]) / 2)
         if least.min() > MIN_STRETCH:
             return reach
     return 0.0

@@ -22,7 +22,8 @@ SIOCGIFADDR = 0x8915
 MAX_DATAGRAM_BYTES = 65_536  # a byte more than UDP carries
 QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
 IP_MULTICAST_ALL = 49  # Linux: 0 gives a socket only the groups that it joined itself
-MAX_OWN_PORTS = 4  # of sockets that were opened one after the other: their last packets may still be heard
+# of sockets that were opened one after the other: their last packets may still be heard
+MAX_OWN_PORTS = 4
 NETWORK_CHANGED = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL,
                    errno.ENXIO)
 
@@ -170,7 +171,8 @@ class MulticastSender:
         """NetworkError where a packet would not leave now; nothing is sent."""
         with self._opened() as probe:
             try:
-                probe.connect((self.address.group, self.address.port))  # looks up the route and sends nothing
+                # looks up the route and sends nothing
+                probe.connect((self.address.group, self.address.port))
             except OSError as error:
                 raise self.address.network_error(error) from None
 
@@ -213,10 +215,13 @@ class MulticastSender:
             opened = on_error.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             try:
                 opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, self.address.ttl)
-                opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)  # also to listeners on this machine
+                # also to listeners on this machine
+                opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
                 opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, self.address.request())
-                opened.bind(("", 0))  # a port of its own from now on, by which our own packets are known
-                opened.setblocking(False)  # a full queue loses a packet, as UDP may; it never holds anybody up
+                # a port of its own from now on, by which our own packets are known
+                opened.bind(("", 0))
+                # a full queue loses a packet, as UDP may; it never holds anybody up
+                opened.setblocking(False)
             except OSError as error:
                 raise self.address.network_error(error) from None
             on_error.pop_all()
@@ -242,10 +247,12 @@ class MulticastReceiver:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)  # some listeners share only so
+            # some listeners share only so
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, QUEUE_BYTES)
             self._socket.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
-            self._socket.bind((address.group, address.port))  # the group, or other groups' packets would come as well
+            # the group, or other groups' packets would come as well
+            self._socket.bind((address.group, address.port))
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, address.request())
         except OSError as error:
             self._socket.close()

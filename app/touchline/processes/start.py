@@ -16,9 +16,11 @@ from touchline.processes.framing import MAX_BODY, START, Connection, encode_body
 
 CHILD_MAIN = Path(__file__).with_name("child_main.py")
 FRUGAL = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
-          "MALLOC_ARENA_MAX": "1"}  # of a thread's own arena the GNU library returns little of what was freed
+          # of a thread's own arena the GNU library returns little of what was freed
+          "MALLOC_ARENA_MAX": "1"}
 REAPER = "reaper of"
-SECRET = "TOUCHLINE"  # our settings may hold a token or a database's password, for which a child has no use
+# our settings may hold a token or a database's password, for which a child has no use
+SECRET = "TOUCHLINE"
 
 
 @dataclass(frozen=True)

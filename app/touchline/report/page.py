@@ -28,11 +28,14 @@ from touchline.report.contents import ReportPicture, outcome
 from touchline.workflows import calibration as workflow
 
 MAX_SIDE_PX = 1600  # an A4 page is 190 mm wide: 210 dots an inch
-MAX_PHOTO_BYTES = 800_000  # of one photograph; two of them in base64 leave 0.8 of 3 MB for all the rest
-TRIES = ((MAX_SIDE_PX, 88), (MAX_SIDE_PX, 75), (MAX_SIDE_PX, 55), (1200, 55), (800, 50))  # width, JPEG quality
+# of one photograph; two of them in base64 leave 0.8 of 3 MB for all the rest
+MAX_PHOTO_BYTES = 800_000
+# width, JPEG quality
+TRIES = ((MAX_SIDE_PX, 88), (MAX_SIDE_PX, 75), (MAX_SIDE_PX, 55), (1200, 55), (800, 50))
 MARGIN = 0.04  # of the corrected picture's width, shown around the region
 MAX_POINTS = 20_000  # of one drawing's lines; the richest league field has 3000
-MAP_PX = 270  # the longer side of an error map: two stand beside each other, their words in the size of print
+# the longer side of an error map: two stand beside each other, their words in the size of print
+MAP_PX = 270
 INK, PAPER = (34, 26, 20), (255, 255, 255)
 # Okabe and Ito's palette, as on the page: told apart by colour-blind eyes
 BORDER_COLOURS = {"left": "#56b4e9", "right": "#e69f00", "top": "#cc79a7", "bottom": "#f0e442"}
@@ -79,7 +82,8 @@ class ReportDrawings:
     before: Photograph | None
     after: Photograph | None
     maps: Mapping[str, str]
-    after_why: str | None = None  # why there is no corrected picture although there is one as it was taken
+    # why there is no corrected picture although there is one as it was taken
+    after_why: str | None = None
 
 
 def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str, Any]) -> ReportDrawings:

@@ -80,6 +80,7 @@ def read_report(services: ServicesDep, version: VersionDep, around: Surroundings
 
 def _picture(services: Services, version: FoundVersion, around: Surroundings) -> ReportPicture:
     def frame(snapshot: str) -> Frame:
-        services.store.snapshots.get(snapshot)  # a deleted one is not shown, though it may be in memory
+        # a deleted one is not shown, though it may be in memory
+        services.store.snapshots.get(snapshot)
         return services.frame(snapshot)
     return report_picture(version.calibration, frame, around.camera_name)

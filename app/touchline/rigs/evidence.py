@@ -48,7 +48,8 @@ from touchline.models.rotation import cross_matrix
 from touchline.rigs.verdict import Source
 from touchline.vision.snap import Hint, Snapped, snap
 
-COARSE, FINE = 181, 65  # steps of a degree at most find the part in the picture, which is then walked finely
+# steps of a degree at most find the part in the picture, which is then walked finely
+COARSE, FINE = 181, 65
 AHEAD_MM = 1000.0  # how far along a direction it is looked at; any length gives the same pixel
 APART_MM = 1.0  # nearer, two cameras stand at one place and there is no such geometry
 

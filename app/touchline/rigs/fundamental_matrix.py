@@ -35,7 +35,8 @@ MIN_MATCHES = 12  # seven are used up by the answer; the rest must bear it out
 SAME_PX = 0.1
 GOOD_SIGMAS = 4.0
 MIN_SPREAD_PX = 2.0  # matches within such a strip are on one line
-OFF_PLANE_SIGMAS = 10.0  # of Student's scale, two thirds of a σ, and of a distance in two directions from both views
+# of Student's scale, two thirds of a σ, and of a distance in two directions from both views
+OFF_PLANE_SIGMAS = 10.0
 MAX_SIGMA_PX = 4.0  # who matches no better than that has matched nothing
 MIN_OFF_PLANE = 4  # two beside the plane make the geometry, two more bear it out
 CHANCE = 1e-3  # expected number of such agreements among matches at random
@@ -48,9 +49,11 @@ MAX_SCORING_MATCHES = 400  # matches that judge a trial; all of them judge the r
 REFINED, FINISHED = 12, 3  # of the best trials: improved by a few rounds; then of those, to the end
 FIRST_ROUNDS, ROUNDS = 4, 40
 PARAMETERS = 7
-TAIL = 2.0  # degrees of freedom; of 1, 2, 4 and 30 the best or nearly so on simulated pairs of every kind
+# degrees of freedom; of 1, 2, 4 and 30 the best or nearly so on simulated pairs of every kind
+TAIL = 2.0
 T_AT_ZERO = 1 / (2 * sqrt(2))  # Student's density at 0 for two degrees of freedom
-USUAL_PX, USUAL_SPREAD = 0.3, 0.5  # what detectors and hands reach, and how many e-folds either way that is sure to
+# what detectors and hands reach, and how many e-folds either way that is sure to
+USUAL_PX, USUAL_SPREAD = 0.3, 0.5
 MAX_LOG_SIGMA = 4.0
 
 
@@ -369,7 +372,8 @@ def _sampson_jacobian(f: Array, by: Array, a: Points, b: Points) -> tuple[Array,
     steep = np.sum(in_b[:, :2] ** 2, axis=1) + np.sum(in_a[:, :2] ** 2, axis=1)
     p, n = len(by), len(a)
     products = (xb[:, :, None] * xa[:, None, :]).reshape(n, 9)
-    across = (in_b[:, :2, None] * xa[:, None, :]).reshape(n, 6)  # d steep / dF, first two rows, by halves
+    # d steep / dF, first two rows, by halves
+    across = (in_b[:, :2, None] * xa[:, None, :]).reshape(n, 6)
     along = (xb[:, :, None] * in_a[:, None, :2]).reshape(n, 6)  # and first two columns
     d_value = products @ by.reshape(p, 9).T
     d_steep = 2 * (across @ by[:, :2].reshape(p, 6).T + along @ by[:, :, :2].reshape(p, 6).T)

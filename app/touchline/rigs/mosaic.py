@@ -123,7 +123,8 @@ class MosaicTile:
     window: tuple[slice, slice]
     map: CorrectionMap
     alone: NDArray[np.uint8]  # 255 where no other camera shows
-    seam: NDArray[np.int64]  # flat place in the window for each of the stitcher's seam; 0 where it shows nothing
+    # flat place in the window for each of the stitcher's seam; 0 where it shows nothing
+    seam: NDArray[np.int64]
     weight: NDArray[np.float32]  # (n, 3) of those
     size: ImageSize
 
@@ -153,7 +154,8 @@ class Stitcher:
         raws = np.empty((len(cameras), size.height, size.width, 2), np.float32)
         weights = np.empty((len(cameras), size.height, size.width), np.float32)
         step = max(1, BLOCK_PX // size.width)
-        for top in range(0, size.height, step):  # by blocks: what each needs is many times what is kept of it
+        # by blocks: what each needs is many times what is kept of it
+        for top in range(0, size.height, step):
             progress(top / size.height, "Drawing the field")
             rows = slice(top, min(top + step, size.height))
             for number, (model, _, _) in enumerate(cameras):

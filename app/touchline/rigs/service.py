@@ -39,14 +39,16 @@ from touchline.store.repository import LruCache, timestamp, utc_now
 
 Pictures = Mapping[str, Mapping[str, Any]]
 
-OF_RIG = ("other-field", "other-region", "other-rectangles")  # other troubles of its cameras are claims of their own
+# other troubles of its cameras are claims of their own
+OF_RIG = ("other-field", "other-region", "other-rectangles")
 MAX_CHECKS = 200
 MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
 MAX_AGE = timedelta(hours=24)  # a warm hall and a cold one are a day apart
 CHECK_AGAIN = say("rig.check-again.fix", "Then check the rig again.")
 
 Reason = Literal["moved", "misplaced", "out-of-focus", "not-monitored", "old"]
-VOID: tuple[Reason, ...] = ("moved", "misplaced", "out-of-focus")  # the others only date an agreement
+# the others only date an agreement
+VOID: tuple[Reason, ...] = ("moved", "misplaced", "out-of-focus")
 REASONS: dict[str, Reason] = {"knocked": "moved", "replaced": "moved", "misplaced": "misplaced",
                               "out-of-focus": "out-of-focus"}
 
@@ -220,7 +222,8 @@ def stitcher_for(services: Services, rig: Rig, cameras: Iterable[str], width: in
     cameras = set(cameras)
     shown = ((c.camera, c.region, c.calibration.id) for c in rig.cameras
              if c.camera in cameras and c.calibration is not None)
-    key = (width, json.dumps(rig.field_json), *shown)  # the whole field: one's own may change under its name
+    # the whole field: one's own may change under its name
+    key = (width, json.dumps(rig.field_json), *shown)
     return services.part(RigState).stitchers.get_or_make(
         key, lambda: stitcher_of(rig, cameras, FieldView(rig.field, width), progress))
 

@@ -89,7 +89,8 @@ class CameraNode:
     def __init__(self, scene: viser.SceneApi, camera: SceneCamera, colour: Colour) -> None:
         self.camera = camera
         self.handles: dict[str, list[Handle]] = {}
-        self.field_lines: Handle | None = None  # the field's lines over its picture, for the view through it
+        # the field's lines over its picture, for the view through it
+        self.field_lines: Handle | None = None
         self._scene, self._colour, self._name = scene, colour, f"/cameras/{camera.key}"
         self._frustum: viser.CameraFrustumHandle | None = None
         self._quad: viser.ImageHandle | None = None

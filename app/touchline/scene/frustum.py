@@ -64,7 +64,8 @@ class Frustum(Pyramid):
     def of(cls, model: RayCamera) -> Self:
         """Return the widest pinhole view that holds the whole border of the camera's picture, up to MAX_FOV_DEG."""
         rays = model.rays(_border(model.image_size))
-        depth = np.where(rays[:, 2:] > 0, rays[:, 2:], np.nan)  # no pinhole sees what lies beside or behind it
+        # no pinhole sees what lies beside or behind it
+        depth = np.where(rays[:, 2:] > 0, rays[:, 2:], np.nan)
         with np.errstate(all="ignore"):
             at_depth_1 = np.abs(rays[:, :2] / depth)
         in_front = np.isfinite(at_depth_1).all(axis=1)
@@ -189,7 +190,8 @@ class BoardViews(Pyramid):
         """Return an RGB picture: bright cells have seen many corners, red ones none."""
         has_corners = self.cells > 0
         usual = float(np.median(self.cells[has_corners], axis=None)) if has_corners.any() else 1.0
-        share = np.clip(self.cells / max(usual, 1.0) / 2, 0, 1)  # twice the usual number is brightest
+        # twice the usual number is brightest
+        share = np.clip(self.cells / max(usual, 1.0) / 2, 0, 1)
         picture = np.stack([40 + 60 * share, 70 + 160 * share, 60 + 80 * share], axis=-1).astype(np.uint8)
         picture[self.cells == 0] = (190, 60, 50)
         return np.kron(picture, np.ones((CELL_PX, CELL_PX, 1), np.uint8))

@@ -67,7 +67,8 @@ class SceneShow(Strict):
     lens: SceneName | None = None
     before: SceneName | None = None
     live: bool = True
-    fps: Annotated[float, Field(ge=0.1, le=5)] = 5.0  # of live pictures; a slow viewer that gets too many shows none
+    # of live pictures; a slow viewer that gets too many shows none
+    fps: Annotated[float, Field(ge=0.1, le=5)] = 5.0
 
 
 class SceneSet(Strict):
@@ -177,7 +178,8 @@ class SceneSession:
             process.send(messages.PICTURE, {"key": key}, jpeg)
         if not show.live or calibration.camera is None:
             return
-        await asyncio.sleep(SAVED_PICTURE_S)  # viser loses a picture that it still unpacks when the next one comes
+        # viser loses a picture that it still unpacks when the next one comes
+        await asyncio.sleep(SAVED_PICTURE_S)
         with suppress(TouchlineError):  # the camera was removed, or changed meanwhile
             camera = self._services.live.get(calibration.camera)
             channel = StreamSpec.requested("raw", LIVE_PX, LIVE_QUALITY)

@@ -84,7 +84,8 @@ class PoseChange:
                 now: Frustum | None) -> Self:
         """Return how the picture of the region moves from one version to the next. before, now: the frustum of each."""
         places = grid_over(region, *CHANGE_GRID).reshape(-1, 2)
-        moved = field_from_raw(newer, raw_from_field(older, places))  # the pixel of the older one, by the newer one
+        # the pixel of the older one, by the newer one
+        moved = field_from_raw(newer, raw_from_field(older, places))
         level = np.stack([places, moved], axis=1)[np.isfinite(moved).all(axis=1)]
         arrows = np.concatenate([level, np.zeros((*level.shape[:2], 1))], axis=2)
         _, mm, _ = difference_mm(older, newer, region)

@@ -40,7 +40,8 @@ STYLE = ("<style>[data-floating-window],[data-dock-edge],.mantine-Notifications-
 EXPORT_POLICY = ("default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; style-src 'unsafe-inline'; "
                  "img-src blob: data:; font-src data:; worker-src blob: data:; base-uri 'none'; form-action 'none'; "
                  "connect-src blob: data:")  # a saved file talks to nobody
-PAGE_POLICY = f"{EXPORT_POLICY} 'self'; frame-ancestors 'self'"  # behind our own port, to that port alone
+# behind our own port, to that port alone
+PAGE_POLICY = f"{EXPORT_POLICY} 'self'; frame-ancestors 'self'"
 OnClick = Callable[[JsonObject], None]
 
 

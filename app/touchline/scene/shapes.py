@@ -17,7 +17,8 @@ from touchline.models import CameraModel
 from touchline.workflows.calibration import uncertainty
 
 ARC_STEP_DEG = 4.0
-GOAL_MM = {"width_mm": 1000.0, "depth_mm": 180.0, "height_mm": 160.0}  # where a field's definition leaves them out
+# where a field's definition leaves them out
+GOAL_MM = {"width_mm": 1000.0, "depth_mm": 180.0, "height_mm": 160.0}
 ERROR_PX = 256  # of the longer side: colours are interpolated between the grid's nodes
 ERROR_ALPHA = 190  # of 255: the field's lines are seen through it
 SHADES = 256
@@ -85,7 +86,8 @@ def goals(field: Field) -> NDArray[np.float64]:
         corners = [(x, y, z) for x in (front, back) for y in (-half, half) for z in (0.0, high)]
         for a, b in combinations(corners, 2):
             is_edge = sum(of_a != of_b for of_a, of_b in zip(a, b, strict=True)) == 1  # of a box
-            across_mouth = a[0] == b[0] == front and a[2] == b[2] == 0  # it stays open at the carpet
+            # it stays open at the carpet
+            across_mouth = a[0] == b[0] == front and a[2] == b[2] == 0
             if is_edge and not across_mouth:
                 edges.append((a, b))
     return np.array(edges, float)

@@ -26,9 +26,11 @@ from touchline.store.store import Store
 Kind = Literal["activated", "offline", "back", "moved", "cleared"]
 
 FROM_FILES = say("event.images-from-files", "the images from files")
-EVENTS_POLL_S = 0.25  # a camera that hangs is stalled for half a second, then its process starts anew
+# a camera that hangs is stalled for half a second, then its process starts anew
+EVENTS_POLL_S = 0.25
 MAX_NOTED = 500  # of all cameras together; a loose cable makes two a minute
-WORKS = {"live": True, "mismatch": True, "stalled": False, "offline": False}  # other states tell nothing new
+# other states tell nothing new
+WORKS = {"live": True, "mismatch": True, "stalled": False, "offline": False}
 ALARMS = {  # codes and templates
     "knocked": ("event.moved", "{camera} moved by {distance}."),
     "replaced": ("event.replaced", "{camera} was rotated far, or replaced."),
@@ -92,7 +94,8 @@ class CameraEvents:
         while True:
             slept = loop.time()
             await asyncio.sleep(EVENTS_POLL_S)
-            if loop.time() - slept < EVENTS_POLL_S + LATE_S:  # else we were held up: what cameras sent lies unread
+            # else we were held up: what cameras sent lies unread
+            if loop.time() - slept < EVENTS_POLL_S + LATE_S:
                 self.note({id: live.status(id) for id in live.running})
 
     def _compare(self, id: str, known: _Known, status: CameraStatus) -> _Known:
@@ -103,7 +106,8 @@ class CameraEvents:
         drift = status["drift"]
         if drift is None:
             return known
-        if drift["calibration"] != known.calibration:  # an alarm about the one before says nothing of this one
+        # an alarm about the one before says nothing of this one
+        if drift["calibration"] != known.calibration:
             known = replace(known, calibration=drift["calibration"], alarm=None)
         alarm = drift["state"] if drift["alarm"] else None
         if alarm is not None and alarm != known.alarm:

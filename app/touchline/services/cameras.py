@@ -118,7 +118,8 @@ class CameraService:
         try:
             _, png = await camera.first_still(TEST_S)
             return camera.status(), png
-        except Unavailable as error:  # it is the caller's address that does not work, not the server
+        # it is the caller's address that does not work, not the server
+        except Unavailable as error:
             raise BadInput(error.what, error.fix, reason=error.reason) from None
         finally:
             await camera.stop()

@@ -42,14 +42,16 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result")
 Part = TypeVar("Part")
 IsAbandoned = Callable[[], Awaitable[bool]]  # whether the caller has gone
-MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
+# decoded snapshots: a picture that is looked at is asked for many times in a row
+MAX_FRAME_BYTES = 256 << 20
 MAX_MODELS = 100  # by their version's checksum; to restore one may take a millisecond
 MAX_CLAIMS_KEPT = 500  # of versions, by what never changes: their own pictures, and one another
 MAX_PRINTS_KEPT = 500  # of calibration images, 3 kB each
 MAX_LARGE = 2  # pictures at once
 LARGE_PX = 4e6  # of a picture that is drawn or looked through: a second, and 100 MB
 EVENTS_POLL_S = 0.05  # how often a job that somebody waits for is looked at
-FRAME_INTERVAL_S = 1 / 3  # between the frames of a background: who walks by needs some seconds to leave
+# between the frames of a background: who walks by needs some seconds to leave
+FRAME_INTERVAL_S = 1 / 3
 POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
 
 
@@ -168,7 +170,8 @@ class Services:
                 self.jobs.open(self.store.jobs, resume=self._serves)
             return done
 
-        before: dict[str, CameraSettings] = {}  # none can be read where the database is damaged as a whole
+        # none can be read where the database is damaged as a whole
+        before: dict[str, CameraSettings] = {}
         with suppress(TouchlineError):
             before = {camera.id: camera for camera in await self.run_in_thread(self.cameras.all)}
         done = await self.run_in_thread(restore)

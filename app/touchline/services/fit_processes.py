@@ -35,7 +35,8 @@ class QueuePlace:
 
     def __init__(self, address: str, series: str | None = None) -> None:
         self.address, self.series = address, series
-        self.ended_by: TouchlineError | None = None  # why nobody waits for it any more; other threads may look
+        # why nobody waits for it any more; other threads may look
+        self.ended_by: TouchlineError | None = None
         self.begun: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     def end(self, why: TouchlineError) -> None:
@@ -50,7 +51,8 @@ class Turns:
 
     def __init__(self, at_once: int) -> None:
         self._free = at_once
-        self._waiting: OrderedDict[str, deque[QueuePlace]] = OrderedDict()  # by address, in the order of their turns
+        # by address, in the order of their turns
+        self._waiting: OrderedDict[str, deque[QueuePlace]] = OrderedDict()
 
     @asynccontextmanager
     async def take(self, place: QueuePlace) -> AsyncIterator[None]:

@@ -20,7 +20,8 @@ from touchline.workflows import interchange
 
 FIX = "Use a file that Touchline exported as json."
 MAX_IMPORT_BYTES = 4 << 20
-OPTIONS = ("camera", "field", "region", "rotate", "image_size", "camera_id", "model")  # given beside the file
+# given beside the file
+OPTIONS = ("camera", "field", "region", "rotate", "image_size", "camera_id", "model")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
@@ -71,7 +72,8 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
     if interchange.is_lens(content):
         return store.lenses.add(interchange.lens_record_from_file(content, options)), "lenses"
     made = interchange.calibration_from_file(content, options, services.fields)
-    if made.field["name"] not in services.fields:  # that of a packet: without it, the calibration is of no use
+    # that of a packet: without it, the calibration is of no use
+    if made.field["name"] not in services.fields:
         save_field(services, made.field["name"], dict(made.field), None, new=True)
     return store.calibrations.add(replace(made, note=f"{made.note} {origin}".strip()), by).to_json(), "calibrations"
 

@@ -26,7 +26,8 @@ PictureOf = Callable[[Calibration], dict[str, Any] | None]
 
 T = TypeVar("T")
 FIRST_FRAME_S = 5.0  # a camera that was asleep gets so long to show its first frame
-SNAPSHOT_S = 20.0  # the background of many frames of a slow camera, or several cameras that wake up at once
+# the background of many frames of a slow camera, or several cameras that wake up at once
+SNAPSHOT_S = 20.0
 log = logging.getLogger("touchline")
 
 
@@ -76,7 +77,8 @@ class LiveCameras:
         if camera := self._live.get(id):
             self._show(camera)
         elif self.calibration(id)[0] is not None:
-            with suppress(TouchlineError):  # versions may have been made for a camera that is not here
+            # versions may have been made for a camera that is not here
+            with suppress(TouchlineError):
                 self.get(id)
 
     def _show(self, camera: LiveCamera) -> None:

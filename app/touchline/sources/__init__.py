@@ -177,13 +177,16 @@ class BaseSource:
 
 
 SOURCES: Registry[type[Source]] = Registry("source", {
-    "sim": "touchline.sources.sim.source:SimSource",  # a rendered field through a real lens model, with exact truth
+    # a rendered field through a real lens model, with exact truth
+    "sim": "touchline.sources.sim.source:SimSource",
     "picture": "touchline.sources.files:PictureSource",  # a picture file, again and again
     "folder": "touchline.sources.files:FolderSource",  # pictures of a folder, in name order
-    "video": "touchline.sources.video:VideoSource",  # a film, at its own pace or as fast as possible
+    # a film, at its own pace or as fast as possible
+    "video": "touchline.sources.video:VideoSource",
     "v4l2": "touchline.sources.v4l2:V4l2Source",  # a webcam or a capture card in this machine
     "rtsp": "touchline.sources.network.rtsp:RtspSource",  # a network camera: H.264, H.265, MJPEG
-    "http": "touchline.sources.network.http_mjpeg:HttpSource",  # a network camera: MJPEG, or single pictures
+    # a network camera: MJPEG, or single pictures
+    "http": "touchline.sources.network.http_mjpeg:HttpSource",
     "https": "touchline.sources.network.http_mjpeg:HttpsSource",
     "aravis": "touchline.sources.industrial.aravis:AravisSource",  # industrial, through Aravis
 })

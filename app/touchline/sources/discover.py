@@ -18,7 +18,8 @@ from touchline.processes.start import ChildProcess, Program
 from touchline.sources import Identity
 from touchline.sources.industrial.camera import DiscoveredCamera
 
-DEADLINE_S = 5.0  # starting Python, then the second in which a network camera may answer; on a busy small machine
+# starting Python, then the second in which a network camera may answer; on a busy small machine
+DEADLINE_S = 5.0
 Discovered = dict[str, Any]  # {"address", "title", "identity"}
 
 

@@ -134,7 +134,8 @@ class FolderSource(BaseSource):
             for name in self._names():
                 try:
                     frame = self._decode(read_bytes(file_within(pictures_folder(self._context), name)))
-                except (BadImage, NotFound, Unavailable) as error:  # broken, or taken away meanwhile
+                # broken, or taken away meanwhile
+                except (BadImage, NotFound, Unavailable) as error:
                     broken = error
                     self.skipped += 1
                     continue

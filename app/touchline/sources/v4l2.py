@@ -33,7 +33,8 @@ SIZE = re.compile(r"([1-9][0-9]{1,3})x([1-9][0-9]{1,3})", re.ASCII)
 USUAL_SIZES = ("640x480", "800x600", "1280x720", "1280x960", "1280x1024", "1600x1200", "1920x1080", "2560x1440",
                "3840x2160")
 EXPOSURE_STEP_US = 100  # V4L2_CID_EXPOSURE_ABSOLUTE counts in these
-MANUAL, AUTOMATIC = 1, (3, 0)  # V4L2's exposure modes; webcams know 3, "aperture priority", as their automatic
+# V4L2's exposure modes; webcams know 3, "aperture priority", as their automatic
+MANUAL, AUTOMATIC = 1, (3, 0)
 UNSUPPORTED = -1  # what OpenCV says of a property that the device lacks
 
 JPEG_BEGINS = b"\xff\xd8"
@@ -67,7 +68,8 @@ def list_devices(root: Path = Path("/")) -> tuple[VideoDevice, ...]:
     found = sorted((root / "sys/class/video4linux").glob("video*"), key=lambda path: int(path.name[5:] or 0))
     links = {path: Path(path).resolve() for kind in ("by-id", "by-path")
              for path in sorted(map(str, (root / "dev/v4l" / kind).glob("*")))}
-    nodes = [path for path in found if _text(path / "index") in ("", "0")]  # the others carry a camera's metadata
+    # the others carry a camera's metadata
+    nodes = [path for path in found if _text(path / "index") in ("", "0")]
     usb = [_usb_device(path) for path in nodes]
     serials = [_text(place / "serial") if place else "" for place in usb]
     return tuple(_device(root, path, place, serial if _own(serial) and serials.count(serial) == 1 else "", links)
@@ -264,7 +266,8 @@ class V4l2Source(BaseSource):
             if self._read_image is None:
                 return _decoded(np.asarray(pixels, np.uint8))
             data = pixels.tobytes()
-            if not data.startswith(JPEG_BEGINS):  # the driver decodes after all, or sends something else
+            # the driver decodes after all, or sends something else
+            if not data.startswith(JPEG_BEGINS):
                 self._read_image = None
                 capture.set(cv2.CAP_PROP_CONVERT_RGB, 1)
                 continue

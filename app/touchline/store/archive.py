@@ -83,7 +83,8 @@ def _pieces(tables: IO[bytes], rows: Mapping[str, int], pictures: Set[str], fold
             except OSError:
                 missing.append(name)
                 continue
-            out.writestr(zipfile.ZipInfo(f"pictures/{name}"), data)  # pictures do not get smaller: stored
+            # pictures do not get smaller: stored
+            out.writestr(zipfile.ZipInfo(f"pictures/{name}"), data)
             yield from pipe.take(CHUNK)
         for path in sorted(fields.glob("*.yaml")) if fields is not None and fields.is_dir() else ():
             out.write(path, f"fields/{path.name}")

@@ -35,7 +35,8 @@ from touchline.store.tables import ActivationRow, ActiveRow, CalibrationRow
 SHOWN = CalibrationRow.deleted_at.is_(None)  # a deleted version keeps its row and its number
 NOTHING_ACTIVE = "none"
 ACTIVE = ',"active":{},"field_definition":'  # within Calibration.to_json()
-MAX_PARSED = 8 << 20  # characters of the versions that stay parsed: some 100, which take three times as many bytes
+# characters of the versions that stay parsed: some 100, which take three times as many bytes
+MAX_PARSED = 8 << 20
 
 
 def version_etag(calibration: Calibration) -> str:
@@ -55,7 +56,8 @@ BY_ID = WITH_CHOICE.where(CalibrationRow.id == bindparam("id"))
 CHOSEN = WITH_CHOICE.where(ActiveRow.calibration == CalibrationRow.id,
                            ActiveRow.camera_key.in_(bindparam("cameras", expanding=True)))
 
-Parsed = LruCache[str, tuple[int, Calibration]]  # by the row's checksum, with how many characters it has
+# by the row's checksum, with how many characters it has
+Parsed = LruCache[str, tuple[int, Calibration]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +99,8 @@ class CalibrationRepository(Repository):
         super().__init__(store)
         self._parsed: Parsed = LruCache(MAX_PARSED, lambda sized: sized[0])
         self._cameras: dict[str, str | None] = {}  # by key
-        self._moments: dict[int, float] = {}  # by an activation's sequence, monotonic: of those since we were opened
+        # by an activation's sequence, monotonic: of those since we were opened
+        self._moments: dict[int, float] = {}
 
     def add(self, calibration: Calibration, by: str = "") -> Calibration:
         """Save a new version; its id, version, date and maker are given here."""

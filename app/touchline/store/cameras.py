@@ -65,7 +65,8 @@ class PasswordKey:
     def _make(self) -> Fernet:
         key = Fernet.generate_key()
         write_atomically(self._path, key + b"\n", mode=0o600)
-        with suppress(OSError):  # root's `touchline archive` must not take the passwords from the server's own user
+        # root's `touchline archive` must not take the passwords from the server's own user
+        with suppress(OSError):
             owner = self._path.parent.stat()
             os.chown(self._path, owner.st_uid, owner.st_gid)
         return Fernet(key)
@@ -142,7 +143,8 @@ class CameraRepository(DocumentRepository):
             saved[ENCRYPTED] = self._password_key.encrypt(body["source"], self._what)
         elif before is not None and self._has_lost_password(before):
             former = content(before)
-            if former[self.member].get("source") == shown.get("source"):  # changed in all but its address
+            # changed in all but its address
+            if former[self.member].get("source") == shown.get("source"):
                 saved[ENCRYPTED] = former[ENCRYPTED]
         return saved
 

@@ -38,7 +38,8 @@ from touchline.store.tables import ARCHIVED_TABLES, LedgerRow
 
 READERS = 8  # connections that read; more callers wait for one
 BUSY_MS = 5000
-WRITE_KEY = 0x70C42  # PostgreSQL's name for the lock of a transaction that writes; any number that nobody else takes
+# PostgreSQL's name for the lock of a transaction that writes; any number that nobody else takes
+WRITE_KEY = 0x70C42
 SCHEMA_KEY = "hashtext(current_schema())"
 FULL_SQLSTATES = ("53100", "53200")  # disk full, out of memory
 DAMAGED_CODES = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
@@ -72,7 +73,8 @@ class Database:
         self._is_closing = False  # then it may be damaged: its file is about to be replaced
         self.failures = RecentFailures()
         self.on_commit: Callable[[], None] = lambda: None
-        self.check_owner: Callable[[Session], None] = lambda rows: None  # raises where another server saves
+        # raises where another server saves
+        self.check_owner: Callable[[Session], None] = lambda rows: None
         if self.is_sqlite:
             self._writer = self._sqlite(1)
             self._reader = self._sqlite(READERS, "query_only=ON")
@@ -110,7 +112,8 @@ class Database:
             try:
                 yield self._open
             except BaseException:
-                self._failed = True  # whoever catches it in between: half a transaction is never saved
+                # whoever catches it in between: half a transaction is never saved
+                self._failed = True
                 raise
 
     def _committed(self) -> Iterator[Session]:
@@ -131,7 +134,8 @@ class Database:
                 self.on_commit()
             except (DBAPIError, TouchlineError) as error:
                 if isinstance(error, DBAPIError) or isinstance(error.__cause__, DBAPIError):
-                    rows.invalidate()  # after a failed write a connection of SQLite is not to be trusted
+                    # after a failed write a connection of SQLite is not to be trusted
+                    rows.invalidate()
                 raise
             finally:
                 self._open = None
@@ -206,13 +210,15 @@ class Database:
             return getattr(cause, "sqlstate", None) in FULL_SQLSTATES
         if code & 0xFF == sqlite3.SQLITE_FULL:
             return True
-        return code & 0xFF == sqlite3.SQLITE_IOERR and is_full(self._folder)  # a quota's refusal comes as this
+        # a quota's refusal comes as this
+        return code & 0xFF == sqlite3.SQLITE_IOERR and is_full(self._folder)
 
     def _sqlite(self, connections: int, *more: str) -> Engine:
         engine = create_engine(self.url, pool_size=connections, max_overflow=0, pool_timeout=30,
                                connect_args={"check_same_thread": False, "cached_statements": 64})
         pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_MS}",
-                   "secure_delete=ON", *more)  # what was deleted is overwritten: it may have had a password
+                   # what was deleted is overwritten: it may have had a password
+                   "secure_delete=ON", *more)
 
         @event.listens_for(engine, "connect")
         def _set(connection: Any, _: Any) -> None:
@@ -276,7 +282,8 @@ def postgresql_engine(url: URL, connections: int) -> Engine:
 
     @event.listens_for(engine, "connect")
     def _set(connection: Any, _: Any) -> None:
-        connection.execute("SET synchronous_commit = on")  # acknowledged is saved, whatever the server's default is
+        # acknowledged is saved, whatever the server's default is
+        connection.execute("SET synchronous_commit = on")
         connection.commit()
 
     return engine

@@ -81,7 +81,8 @@ class FieldRepository(Mapping[str, Field]):
         self._lock = Lock()
         self._shipped = load_fields()
         self._own: dict[str, Field] = {}
-        self._unread: dict[str, TouchlineError] = {}  # by name: why a file of the own ones is not used
+        # by name: why a file of the own ones is not used
+        self._unread: dict[str, TouchlineError] = {}
         for path in sorted(own.glob("*.yaml")):
             try:
                 self._own[path.stem] = load_field(path)

@@ -44,7 +44,8 @@ DAMAGED = "database-damaged"  # told until another database is in its place
 
 MB = 1_000_000
 WARN_FREE_BYTES = 500 * MB
-MIN_FREE_BYTES = 100 * MB  # below that a picture is refused: a calibration needs some KB and finds them
+# below that a picture is refused: a calibration needs some KB and finds them
+MIN_FREE_BYTES = 100 * MB
 UPLOADS_BYTES = 2000 * MB
 BACKUPS_BYTES = 1000 * MB
 

@@ -73,7 +73,8 @@ def covered_columns(table: type[Checksummed]) -> tuple[str, ...]:
     return tuple(sorted(column.key for column in inspect(table).columns if column.key not in NOT_COVERED))
 
 
-Readers = Mapping[str, Callable[[Any], object]]  # by table: each raises for a row that it does not understand
+# by table: each raises for a row that it does not understand
+Readers = Mapping[str, Callable[[Any], object]]
 
 
 def find_damage(path: Path, min_changes: int = 0) -> str | None:

@@ -81,7 +81,8 @@ def _as_columns(message: str) -> dict[str, str | None]:
 def _read(row: JobRow) -> Job:
     """Read a row; damaged text is no reason not to start: a queued job has lost its spec, an ended one its result."""
     message = sentence_in({"message": row.message, STATEMENTS: _json(row.statements)}, "message")
-    attempt = max(1, row.attempt + (row.state == "queued"))  # one that was cancelled while it waited has begun none
+    # one that was cancelled while it waited has begun none
+    attempt = max(1, row.attempt + (row.state == "queued"))
     return Job(row.id, row.kind, row.created_at, row.state, row.progress, message, _json(row.result),
                _json(row.problem), row.ended_at, attempt, _json(row.spec))
 

@@ -29,7 +29,8 @@ from touchline.store.files import (
 )
 
 LOG, INDEX, JOURNAL = "-wal", "-shm", "-journal"
-ENDINGS = (LOG, INDEX, JOURNAL)  # of the side files; SQLite takes them for the database's own, whoever left them
+# of the side files; SQLite takes them for the database's own, whoever left them
+ENDINGS = (LOG, INDEX, JOURNAL)
 
 ROW = ".json"  # in the names of what is left of rows
 RESTORE_BACKUP = say("quarantine.restore-backup",
@@ -79,7 +80,8 @@ def roll_back(path: Path) -> None:
     """
     if _beside(path, JOURNAL).exists() and not _beside(path, LOG).exists():
         with suppress(sqlite3.Error), closing(open_as(path, "rw")) as connection:
-            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()  # to read is to roll back
+            # to read is to roll back
+            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
 
 
 def open_as(path: Path, mode: Literal["ro", "rw"]) -> sqlite3.Connection:
@@ -210,7 +212,8 @@ class Replaced:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder / FOLDER
-        self.newest = -1  # how many changes the last one had that was replaced since the server was started
+        # how many changes the last one had that was replaced since the server was started
+        self.newest = -1
 
     def add(self, path: Path, changes: int) -> Path:
         """Copy a database that is about to be replaced after so many changes; return the copy, whole on disk."""

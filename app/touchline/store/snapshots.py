@@ -69,7 +69,8 @@ class SnapshotRepository(Repository):
         super().__init__(store)
         self._pictures = make_folder(store.folder / "pictures")
         self._quota = store.quota
-        self._files = RLock()  # a file that is about to get its row must not be removed as one that has none
+        # a file that is about to get its row must not be removed as one that has none
+        self._files = RLock()
         remove_temporary_files(self._pictures)
         self._quota.count(self._pictures)
 

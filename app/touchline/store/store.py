@@ -88,8 +88,10 @@ class Store:
         self.folder = Path(folder).absolute()
         self._clock = clock
         self._readers = readers
-        self.references = RLock()  # held while what names another thing is saved, and while what may be named goes
-        self.restored = 0  # how often a backup has taken the database's place since the store was opened
+        # held while what names another thing is saved, and while what may be named goes
+        self.references = RLock()
+        # how often a backup has taken the database's place since the store was opened
+        self.restored = 0
         self._backups: Backups | None = None
         self._database_lock: PostgresLock | None = None
         with _usable(self.folder), ExitStack() as undo:

@@ -28,15 +28,18 @@ from touchline.straight.fit import SIGMA_PER_MEDIAN, PlumbLineFit, fit_plumb_lin
 from touchline.straight.search import PlumbLineProblem
 
 ALONG = np.linspace(0, 1, 33)[:, None]
-MAX_UNSEEN_SHARE = 0.01  # of its length: a line along the picture's edge could bow so much and pass for straight
+# of its length: a line along the picture's edge could bow so much and pass for straight
+MAX_UNSEEN_SHARE = 0.01
 MIN_SAG_PX = 0.1  # a bow that no picture shows, however exact the points were made
 SAG_PER_RMS = 1.5 * np.sqrt(5)  # bow over rms at which a parabola is as far off a line as the noise
 MIN_STEP, MAX_STEP = 1e-7, 1e-4  # of a value, for its derivative
 MAX_REWEIGHTS = 20
 MIN_SIGMAS = 5.0
 # Of the misfit without it, after a second round; the first, whose share a strong lens makes rough, must be no worse.
-MAX_MISFIT_RATIOS = (1.0, 0.85)  # honest lenses become at most 3 % straighter by it, whatever their centre and terms
-MAX_CENTRE_SIGMAS = 6.0  # the lens's middle lies farther beside the picture's: then being as straight is enough
+# honest lenses become at most 3 % straighter by it, whatever their centre and terms
+MAX_MISFIT_RATIOS = (1.0, 0.85)
+# the lens's middle lies farther beside the picture's: then being as straight is enough
+MAX_CENTRE_SIGMAS = 6.0
 MAX_MISFIT_RATIOS_OFF_CENTRE = (1.2, 1.05)
 MAX_OPPOSITE_COSINE = -0.5  # of bows that point apart
 MIN_NOISE_PX = 0.1

@@ -53,7 +53,8 @@ TAU_PX = 1.0  # a crooked chain counts against every lens alike
 MAX_MISFIT_PX = 1e6  # in place of infinity, where the lens does not reach
 MAX_ADJACENT = 0.03  # of the plane's unit: edges so near and as parallel as that are one object's
 MIN_PARALLEL = np.cos(np.radians(4))
-MAX_NEXT_TERM = 0.5  # of the last: series of lenses that are used as such fall off at least so quickly
+# of the last: series of lenses that are used as such fall off at least so quickly
+MAX_NEXT_TERM = 0.5
 MIN_NEXT_TERM = 0.01  # ... or to that, where the last is 0
 Z = 1.96  # the normal distribution's 97.5 % point
 

@@ -41,7 +41,8 @@ MAX_LIGHT_CHANGES = 2  # besides: times that light may be switched
 MIN_FOR_LENS = 3  # rolls
 CUT_EVERY = 8  # frames, at what is still being followed
 SETTLED_FRAMES = 6  # after its end until a roll is reported: until then it may still go on
-MAX_OPEN_POINTS = 240  # points of a track that are looked at before it has ended: what stands and shakes has no end
+# points of a track that are looked at before it has ended: what stands and shakes has no end
+MAX_OPEN_POINTS = 240
 MAX_KNOWN_FRAMES = 4096  # whose times are remembered; tracks are shorter
 PRODUCTS = ("report", "lens", "refined")
 MAX_FRAMES = 100_000

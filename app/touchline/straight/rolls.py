@@ -29,13 +29,17 @@ from touchline.models.distortion import Distortion
 from touchline.straight.bow import picture_of_line
 from touchline.straight.search import Chains
 
-SIDEWAYS = 1e-3  # of the picture's diagonal per s²: before rolls can be compared; slow balls on a pool table do 2e-3
+# of the picture's diagonal per s²: before rolls can be compared; slow balls on a pool table do 2e-3
+SIDEWAYS = 1e-3
 MIN_FOR_SIDEWAYS = 4  # rolls
-MAX_SIDEWAYS = 8e-3  # of the diagonal per s²: more, and it is driven, or pushed; balls on a pool table do 1e-3 to 2e-3
+# of the diagonal per s²: more, and it is driven, or pushed; balls on a pool table do 1e-3 to 2e-3
+MAX_SIDEWAYS = 8e-3
 MAX_FULL_WEIGHT_SIGMAS = 2.0  # a bow of more counts less (P. Huber 1964)
 MAX_AGREEING_SIGMAS = 3  # a roll of more is left out
-OTHER_LENS_SHARE = 0.05  # of its bow that a lens of another kind may bow a line otherwise: no disagreement
-MIN_OFF_PX = 0.1  # nor is less than this one: a ball's middle is seen so well, but a pixel at a time
+# of its bow that a lens of another kind may bow a line otherwise: no disagreement
+OTHER_LENS_SHARE = 0.05
+# nor is less than this one: a ball's middle is seen so well, but a pixel at a time
+MIN_OFF_PX = 0.1
 SHARED_FREEDOM = 10  # degrees of freedom with which all rolls' noise counts beside a roll's own
 MEDIAN_PER_SIGMA = 0.6745  # median of the absolute values of a normal distribution over its σ
 ROUNDS = 12

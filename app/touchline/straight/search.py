@@ -33,7 +33,8 @@ LINE_TOLERANCE_PX = 1e-5  # far below the noise of clicks and edges
 FOOT_TOLERANCE_PX = 1e-2  # a foot beside its place has only a second-order effect
 REGULARISATION = 1e-12  # of a chain's own information: two points on one place must not divide by 0
 
-CENTRE_SIGMA = 0.01  # of the diagonal: how far lenses are commonly mounted beside the sensor's centre
+# of the diagonal: how far lenses are commonly mounted beside the sensor's centre
+CENTRE_SIGMA = 0.01
 TAU_PX = 1.0  # beyond, a chain's cost hardly grows
 MIN_SCALE = 0.05  # of the scale at the centre: beyond, the picture would be torn apart
 BEND_ROUNDS = 3  # the first over all bends, each later one between the neighbours of the best

@@ -103,7 +103,8 @@ class StraightLinesRequest:
             if frame.size != size:
                 raise Conflict(previous_images_differ(name, frame.size, size), ONE_CAMERA,
                                reason="size-mismatch")
-            if frame.sha256 in names:  # counted twice, its edges would pass for twice as many things
+            # counted twice, its edges would pass for twice as many things
+            if frame.sha256 in names:
                 raise BadInput(say("straight.same-image", "{image} is the same image as {other}.",
                                    image=image_name(sentence(name)), other=image_name(names[frame.sha256])),
                                say("straight.remove-one", "Remove one of them."), reason="same-picture")

@@ -29,12 +29,14 @@ MIN_CHANGE_NOISES = 4  # times what a pixel's change usually is
 WIDTH_PX = 1000  # larger pictures are reduced by a whole number
 MIN_AREA_PX = 6
 MAX_AREA = 0.02  # of the picture: above, it is a person or the light
-MAX_CHANGED = 0.25  # of the picture: light was switched, or the camera was moved; what was known is void
+# of the picture: light was switched, or the camera was moved; what was known is void
+MAX_CHANGED = 0.25
 MAX_BLOBS = 200
 BESIDE_PX = 3  # around a blob that its middle takes part of
 FULL = 0.6  # of a blob's strong difference: from here on a pixel belongs to it wholly
 
-REACH_PX = 12.0  # how far from the expected place a thing of which only one place is known may be, per frame's time
+# how far from the expected place a thing of which only one place is known may be, per frame's time
+REACH_PX = 12.0
 OF_SPEED = 0.6  # ... and of the way that it made since the last frame: it may be kicked
 MAX_MISSED = 4  # frames: behind a robot, a bar or an arm
 AREA_RATIO = 3.0

@@ -25,7 +25,8 @@ MAX_FRAMES = 25  # frames at most are kept; of more, evenly spread ones
 AGREEING = 0.6  # of the frames must agree on a pixel
 _NOISES = 3.5  # noises apart from the median, a frame still agrees
 _MIN_APART = 3  # grey levels
-_STRIP = 3 * (1 << 14)  # bytes of each frame at a time: all frames of a strip fit a processor's cache
+# bytes of each frame at a time: all frames of a strip fit a processor's cache
+_STRIP = 3 * (1 << 14)
 
 WIDTH_PX = 640  # of the picture that is looked at
 SURE = 0.15  # response, of 1: less is no shift of the same scene

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from touchline.core import opencv
 from touchline.core.geometry import Points, root_mean_square
 
-MAX_GAP_PX = 40.0  # between two pieces of one edge, which is no longer than the shorter piece either
+# between two pieces of one edge, which is no longer than the shorter piece either
+MAX_GAP_PX = 40.0
 MIN_JOINED_COSINE = np.cos(np.radians(5))
 MAX_OFF_AXIS_PX = 0.7  # across the way ahead, and
 OFF_AXIS_A_PX = 0.02  # so much more for each px of the gap: a lens bows the way
@@ -41,7 +42,8 @@ MAX_OFF_CUBIC_PX = 1.0  # further is no smooth curve, and the chain is cut there
 MAX_RMS_OFF_CUBIC_PX = 0.4  # of what may be a straight edge behind a lens
 TRIMMED_POINTS = 3  # at either end, where other edges meet this one
 MIN_PIECE_PX = 12.0  # worth joining to others
-MIN_CHAIN_SHARE = 0.06  # of the picture's diagonal; a chain's bow grows with the square of its length
+# of the picture's diagonal; a chain's bow grows with the square of its length
+MIN_CHAIN_SHARE = 0.06
 MAX_BOW_SHARE = 0.2  # of its chord: no lens of ours bows a line further
 
 

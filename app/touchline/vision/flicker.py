@@ -76,7 +76,8 @@ def _frequencies(times: NDArray) -> NDArray:
 def _strongest(times: NDArray, off: NDArray) -> tuple[float, float | None]:
     """Amplitude of what wavers about zero, and its frequency where one stands out."""
     waves = np.exp(-2j * np.pi * _frequencies(times)[:, None] * times)
-    power = np.abs(waves @ off) ** 2 * 2 / len(times)  # of the sum of squares, what this frequency explains
+    # of the sum of squares, what this frequency explains
+    power = np.abs(waves @ off) ** 2 * 2 / len(times)
     total = float((off**2).sum())
     best = int(power.argmax())
     pure = total > 0 and power[best] > _PURE * total

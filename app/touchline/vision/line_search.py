@@ -16,8 +16,10 @@ SIDE_PX = 4  # beside a bar, in which its blurred edge must have come down
 MIN_CONTRAST = 6.0  # grey levels by which a line must stand out
 NEAR = 1 / 3  # of the reach: so much farther a line must be so much (e^½) clearer
 GAP = 0.1  # what a bar is worth that looks like its wider surroundings: the gap between two lines
-DARK = 0.5  # what a dark line is worth beside a bright one: paint is bright, and what lies between it dark
-STEP = 4.0  # a rise that stands out so many times more than any bar is an edge that has no second one
+# what a dark line is worth beside a bright one: paint is bright, and what lies between it dark
+DARK = 0.5
+# a rise that stands out so many times more than any bar is an edge that has no second one
+STEP = 4.0
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,8 @@ def _profiles(patch: NDArray, reach_px: float, widths_px: tuple[float, float]) -
         return (low + high)[:size].reshape(DIRECTIONS, spread.columns)
     weight, first, second = summed(known.astype(float)), summed(grey), summed(grey**2)
     with np.errstate(invalid="ignore", divide="ignore"):
-        enough = weight > 0.4 * (2 * ALONG_PX)  # of the columns' pixels; fewer are a corner of the picture
+        # of the columns' pixels; fewer are a corner of the picture
+        enough = weight > 0.4 * (2 * ALONG_PX)
         mean = np.where(enough, first / weight, np.nan)
         return mean, np.where(enough, np.maximum(second / weight - mean**2, 0.0), 0.0)
 

@@ -21,11 +21,13 @@ from touchline.vision.profiles import BLUR_PX, FADE_PX, STEP_PX, brightness_acro
 
 GROUND_PX = 3.5  # bare ground on either side of the line that takes part
 WIDEST_PX = 40.0  # of a line; of a wider one only the middle part would be looked at
-SOFTER_PX = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0)  # σ by which a picture may be softer than before, or sharper
+# σ by which a picture may be softer than before, or sharper
+SOFTER_PX = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0)
 NEAR_PX = 1.2  # what four numbers can tell; further away the line has to be looked for first
 EXPLAINED = 0.75  # of what is not ground and slope, a place that still shows its line explains
 CONTRAST = (0.3, 3.0)  # of the usual: more or less, and something lies on the line
-SYSTEMATIC_PX = 0.02  # no place is believed more exactly: grain and compression differ from one to the next
+# no place is believed more exactly: grain and compression differ from one to the next
+SYSTEMATIC_PX = 0.02
 MIN_LEVELS = 3.0  # grey levels
 SURELY_SOFTER = 0.7  # of what is left unexplained
 GLANCED_PX = (1.0, -1.0)  # what tells whether the rest is worth a look
@@ -96,9 +98,11 @@ class LinePatches:
         solved = inverse @ ((heavy / scale).transpose(0, 2, 1) @ values)
         rest = np.sum((values - (heavy / scale) @ solved) ** 2, axis=(1, 2))
         basis, _ = np.linalg.qr(heavy[..., :2])
-        shape = np.sum((values - basis @ (basis.transpose(0, 2, 1) @ values))[..., 0] ** 2, axis=1)  # without ground
+        # without ground
+        shape = np.sum((values - basis @ (basis.transpose(0, 2, 1) @ values))[..., 0] ** 2, axis=1)
         gain, moved = (solved[:, i, 0] / scale[:, 0, i] for i in (2, 3))
-        freedom = np.maximum((self.weight**2).sum(axis=1) * STEP_PX - 4, 1.0)  # neighbouring samples share pixels
+        # neighbouring samples share pixels
+        freedom = np.maximum((self.weight**2).sum(axis=1) * STEP_PX - 4, 1.0)
         safe = np.where(gain > 1e-3, gain, np.nan)
         with np.errstate(invalid="ignore"):
             px = moved / safe

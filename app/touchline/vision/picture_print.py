@@ -36,7 +36,8 @@ class PicturePrint:
     @classmethod
     def of(cls, picture: Pixels) -> Self | None:
         """picture (h, w[, 3]); None where nothing is in it, as in the dark."""
-        grey = opencv.to_grey(picture).astype(np.float32)  # whole levels would be coarser than a carpet's texture
+        # whole levels would be coarser than a carpet's texture
+        grey = opencv.to_grey(picture).astype(np.float32)
         cells = np.asarray(cv2.resize(grey, (COLUMNS, ROWS), interpolation=cv2.INTER_AREA), np.float32)
         levels = cells - cv2.GaussianBlur(cells, (0, 0), SMOOTH)
         spread = _spread(levels)

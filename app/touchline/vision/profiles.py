@@ -29,12 +29,15 @@ STEP_PX = 0.5
 ALONG_PX = (-1.5, -0.5, 0.5, 1.5)  # profiles side by side are averaged
 GREY_OF_BGR = (0.114, 0.587, 0.299)
 BLUR_PX = 0.9
-WIDTHS_PX, WIDTH_RATIO, WIDTH_STEPS = (0.8, 28.0), 1.17, (-5, 12)  # least and most; 0.46 to 5.6 times the expected
+# least and most; 0.46 to 5.6 times the expected
+WIDTHS_PX, WIDTH_RATIO, WIDTH_STEPS = (0.8, 28.0), 1.17, (-5, 12)
 GROUND_PX = 3.0  # bare ground on either side of the bar that takes part
 FADE_PX = 0.7  # the window's edge is soft, so that nothing jumps as it moves
 STEPS = 3
-ALMOST_ALL, CLEARLY = 0.94, 1.01  # of the profiles explained: then no other is tried; how much better it must be
-WIDER, STRIDES = (2.0, 4.0), (2, 1)  # where else to begin, in expected widths; and by how many steps to go on
+# of the profiles explained: then no other is tried; how much better it must be
+ALMOST_ALL, CLEARLY = 0.94, 1.01
+# where else to begin, in expected widths; and by how many steps to go on
+WIDER, STRIDES = (2.0, 4.0), (2, 1)
 WIDTH_PROFILES = 12  # profiles of a marking that tell how wide it is painted
 ENOUGH = 16  # profiles of one marking, for a step that they share
 MIN_CONTRAST = 4.0  # grey levels

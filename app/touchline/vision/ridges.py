@@ -32,11 +32,14 @@ MAX_OFF_CUBIC_PX = 1.2  # further, and the chain is cut there
 TURN_ARM = 8  # points on either side by which the turn of a chain is measured
 MIN_TURN_COSINE = np.cos(np.radians(25))
 
-SEARCH_PX = 1400  # of the longer side: in a larger picture, lines are looked for in one of that size
+# of the longer side: in a larger picture, lines are looked for in one of that size
+SEARCH_PX = 1400
 STRONG_SHARE = 0.8  # of all length is weaker than what counts as strong
 MIN_PAINT_SHARE = 0.3  # of that strength, which paint has at least
-MIN_LIGHT_GROUND = 120  # grey levels, of half the picture: below, no lines are darker than their ground
-MIN_DARK_RATIO = 2.0  # dark lines prevail where they are so much stronger than the bright ones, all together
+# grey levels, of half the picture: below, no lines are darker than their ground
+MIN_LIGHT_GROUND = 120
+# dark lines prevail where they are so much stronger than the bright ones, all together
+MIN_DARK_RATIO = 2.0
 MIN_LONG_SHARE = 0.05  # of the diagonal: shorter lines do not count in that
 
 

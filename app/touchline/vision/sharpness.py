@@ -26,7 +26,8 @@ SEARCH_WIDTH_PX = 640  # px: edges are looked for in a picture this wide
 BLOCK = 16  # px of it: no two edge points are nearer than a block or so
 MAX_EDGES = 20  # edge points of a zone
 MIN_EDGES = 5
-CONTRAST = 16.0  # grey levels, from the edge's one side to its other; the carpet's own marks have less
+# grey levels, from the edge's one side to its other; the carpet's own marks have less
+CONTRAST = 16.0
 SOFT_CONTRAST = 22.0  # where the edge is soft
 NOISES = 7.0  # and as many times the noise
 SLOPE = 40.0  # of a 3 × 3 Sobel in the reduced picture: a step of 10 levels
@@ -34,7 +35,8 @@ REACH_PX = 12.0  # to either side; an edge wider than this is as soft as words c
 STEP_PX = 0.5
 ALONG_PX = 10.0  # to either side, the edge must go on
 ALIKE = 0.8  # least correlation with the edge there
-SHIFTS_PX = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)  # where it may be, as its direction is not known well
+# where it may be, as its direction is not known well
+SHIFTS_PX = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
 FAINT = 0.6  # of the usual contrast times width
 SOFT_PX, VERY_SOFT_PX = 2.5, 5.0
 WORSE = 1.6  # times as wide as the picture's best zones
@@ -121,7 +123,8 @@ def _steepest_in_blocks(steep: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
 
 def _edge_widths(grey: NDArray[np.uint8], places: Points, normals: Points) -> NDArray[np.float64]:
     """(n,) px from a fifth to four fifths of the way up each edge; NaN where that cannot be told."""
-    search = 1.5 * max(1.0, grey.shape[1] / SEARCH_WIDTH_PX) + 1  # the reduced picture knows the place no better
+    # the reduced picture knows the place no better
+    search = 1.5 * max(1.0, grey.shape[1] / SEARCH_WIDTH_PX) + 1
     t = np.arange(-REACH_PX - search, REACH_PX + search + STEP_PX, STEP_PX)
     # Three ways side by side have less noise than one.
     profile = np.mean([_profiles(grey, places, normals, t, beside) for beside in (-1.5, 0.0, 1.5)], axis=0)

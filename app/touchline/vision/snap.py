@@ -21,7 +21,8 @@ from touchline.vision.line_search import ALONG_PX, SIDE_PX, LineBar, find_line_b
 
 REACH_PX = 10.0
 WIDTHS_PX = (1.0, 20.0)  # of a line of unknown width
-WIDTH_RATIOS = (1 / 3, 3.0)  # how wrong a given width may be: it is known from a rough scale, and tape is laid by hand
+# how wrong a given width may be: it is known from a rough scale, and tape is laid by hand
+WIDTH_RATIOS = (1 / 3, 3.0)
 TURN_RAD = np.radians(15)  # how wrong a given direction may be
 BESIDE_PX = 5.0  # background that is fitted on either side
 BLUR_PX, BLUR_RATIO = 0.8, 1.6  # a camera in focus, and one standard deviation of it as a factor
@@ -157,7 +158,8 @@ def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float]
         return None
     levels = [np.median(grey[where]) for where in (before, inner, after)]
     if expected_px is not None and not 0.5 <= expected_px / max(width, 1.0) <= 2:
-        expected_px = None  # what is seen is plainly wider, or thinner: tape is not always what the rules say
+        # what is seen is plainly wider, or thinner: tape is not always what the rules say
+        expected_px = None
     state = np.array([start[0], 0.0, 0.0, expected_px or width, np.log(BLUR_PX), *levels, 0.0])
     prior = state.copy()
     spread = np.array([np.inf, np.inf, BEND / 2, 0.4 * expected_px if expected_px else 0.5 * width + 0.5,

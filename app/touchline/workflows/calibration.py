@@ -131,7 +131,8 @@ def calibrate(observations: Observations, field: Field, region: Region, image_si
     it is made already.
     """
     for observation in observations:
-        field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
+        # an unknown name is refused before anything is computed
+        field.feature(observation.feature, region)
     first, second = subprogress(progress, 0.0, 0.5), subprogress(progress, 0.5, 1.0)
     fit = fitted or FITTERS[model].fit(observations, field, region, image_size, options, first)
     if not cross_validate:

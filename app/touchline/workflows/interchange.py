@@ -217,7 +217,8 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
     best = max(field.regions.values(), key=share)
     if rotate is None:
         right = camera.camera_from_field[0, :2]
-        tops = {turn: best.rotated(turn).border("top") for turn in QUARTER_TURNS}  # they run to the picture's right
+        # they run to the picture's right
+        tops = {turn: best.rotated(turn).border("top") for turn in QUARTER_TURNS}
         rotate = max(QUARTER_TURNS, key=lambda turn: float(np.subtract(tops[turn].end, tops[turn].start) @ right))
     return best.rotated(rotate)
 

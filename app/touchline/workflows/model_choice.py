@@ -20,7 +20,8 @@ from touchline.models import MODELS
 from touchline.workflows.calibration import CalibrationResult, calibrate
 
 AUTO = "auto"
-LADDER = (("brown-conrady", "fisheye"), ("division",))  # of the first that can be fitted, the most probable
+# of the first that can be fitted, the most probable
+LADDER = (("brown-conrady", "fisheye"), ("division",))
 
 
 class Refused(ProblemJson):

@@ -16,7 +16,8 @@ from touchline.store.fields import load_fields
 
 FIELDS = ("ssl-2008", "ssl-div-a", "ssl-div-b", "table", "vsss-3v3", "vsss-5v5")
 SIZES = ((1224, 1024), (1280, 960), (1280, 720), (1440, 1080), (1920, 1080), (780, 580), (640, 480))
-HEIGHTS_MM = {"table": (1500, 3500), "vsss-3v3": (1400, 3200), "vsss-5v5": (1600, 3500)}  # others hang in halls
+# others hang in halls
+HEIGHTS_MM = {"table": (1500, 3500), "vsss-3v3": (1400, 3200), "vsss-5v5": (1600, 3500)}
 HALL_MM = (2200, 8000)
 WIDTHS_MM = {"table": (8, 25), "vsss-3v3": (3, 12), "vsss-5v5": (3, 15)}
 LARGE_WIDTHS_MM = (8, 50)

@@ -86,7 +86,8 @@ def test_what_was_found_are_ordinary_observations_that_any_model_takes(plain):
     for o in observations_from_json(told["observations"]):
         feature = plain.field.feature(o.feature, plain.region)
         off = plain.camera.field_from_raw(o.points)
-        assert np.median(np.linalg.norm(off - feature.nearest(off), axis=1)) < 2.0  # mm; a pixel shows 13
+        # mm; a pixel shows 13
+        assert np.median(np.linalg.norm(off - feature.nearest(off), axis=1)) < 2.0
 
 
 def test_a_mirrored_picture_is_no_view_of_a_field(plain):
@@ -240,14 +241,17 @@ def test_the_real_half_field_of_2008_is_found(real_data):
     told, made = AutomaticRequest(field, field.region("half")).answer(frame)
     assert made is not None and told["proof"]["found_share"] > 0.95 and told["proof"]["rms_px"] < 0.7
     model = model_from_json(made.model_name, made.model_parameters)
-    painted = Restored.of(made)  # the touch lines are not where the rules have them, by five centimetres each
+    # the touch lines are not where the rules have them, by five centimetres each
+    painted = Restored.of(made)
     lines = {name: painted.field.feature(name, painted.region) for name in ("left", "right", "top", "bottom")}
     corners = np.array([crossing(lines[a], lines[b]) for a, b in
                         (("top", "left"), ("top", "right"), ("bottom", "right"), ("bottom", "left"))])
     seen = model.raw_from_corrected(model.corrected_from_field(corners))
-    by_hand = np.array([[71.0, 72.0], [682.0, 54.0], [699.0, 503.0], [79.0, 519.0]])  # to about 2 px, says its source
+    # to about 2 px, says its source
+    by_hand = np.array([[71.0, 72.0], [682.0, 54.0], [699.0, 503.0], [79.0, 519.0]])
     assert np.abs(seen - by_hand).max() < 5
-    assert told["verdict"]["level"] == "poor"  # so a field that is not the rule book's is not called good
+    # so a field that is not the rule book's is not called good
+    assert told["verdict"]["level"] == "poor"
     assert [w["reason"] for w in told["report"]["warnings"]] == ["misplaced-lines", "height-unknown"]
     told, made = AutomaticRequest(field, field.region("half"), options={"height_mm": {"value": 4000.0, "sigma": 30.0}},
                                   rough={"height_mm": 4000.0}).answer(frame)

@@ -81,14 +81,16 @@ def test_each_of_the_choices_is_calibrated_when_it_is_asked_for(half, end):
 
 
 def test_a_wall_beside_the_lines_is_not_the_border():
-    scene = second_simulator.render(second_simulator.scene_spec(3))  # a table with white walls, a cable and shade
+    # a table with white walls, a cable and shade
+    scene = second_simulator.render(second_simulator.scene_spec(3))
     told, made = asked(scene.pixels, ("table", "ssl-2008"))
     assert told["field"] == "table" and made is not None
     corners = np.array([(x, y, 0.0) for x in scene.region.x_mm for y in scene.region.y_mm])
     raw = scene.camera.project(corners)
     model = model_from_json(made.model_name, made.model_parameters)
     off = np.linalg.norm(field_from_raw(model, raw) - corners[:, :2], axis=1)
-    assert off.max() < 30.0  # mm; the wall stands 100 mm outside, and the lines are painted some millimetres off
+    # mm; the wall stands 100 mm outside, and the lines are painted some millimetres off
+    assert off.max() < 30.0
 
 
 def drawn(*shapes, size=(640, 480)):
@@ -118,7 +120,8 @@ def test_a_picture_without_lines_says_so():
 
 
 def test_real_boards_without_lines_are_not_offered_as_a_table(real_data):
-    picture = cv2.imread(str(real_data("fields/agh_mirosot/img/a_1.jpg")))  # the top of its wall is a rectangle
+    # the top of its wall is a rectangle
+    picture = cv2.imread(str(real_data("fields/agh_mirosot/img/a_1.jpg")))
     told, made = asked(picture)
     assert made is None and told["recognised"]["choices"] == [] and told["doubts"][0]["reason"] == "no-known-field"
 

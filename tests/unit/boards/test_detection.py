@@ -26,7 +26,8 @@ def test_a_chessboards_corners_are_found_to_a_few_hundredths_of_a_pixel():
     view = find_board(picture_of(CHESS, TILTED), CHESS)
     assert len(view.pixels) == 54
     turned = replace_places(view, CHESS)
-    assert min(farthest(view, TILTED), farthest(turned, TILTED)) < 0.06  # px; a finder may begin at either end
+    # px; a finder may begin at either end
+    assert min(farthest(view, TILTED), farthest(turned, TILTED)) < 0.06
 
 
 def replace_places(view, board):
@@ -41,7 +42,8 @@ def test_a_charuco_board_is_found_in_its_own_pattern_only(legacy):
     picture = picture_of(board, TILTED)
     view = find_board(picture, board)
     assert len(view.pixels) == 35
-    assert farthest(view, TILTED) < 0.1  # px; markers leave a smaller window than a chessboard's squares
+    # px; markers leave a smaller window than a chessboard's squares
+    assert farthest(view, TILTED) < 0.1
     other = find_board(picture, replace(board, legacy=not legacy))
     assert other is None or len(other.pixels) < 6
 

@@ -92,7 +92,8 @@ def test_a_held_centre_stays_in_the_middle_and_a_held_aspect_at_one():
     assert "centre_x" not in held.lens.estimated and "aspect" not in held.lens.estimated
 
 
-@rounds("seeds", range(8, 16), range(40))  # one of the first eight has a poor set of views, which alone decides
+# one of the first eight has a poor set of views, which alone decides
+@rounds("seeds", range(8, 16), range(40))
 def test_predicted_sigma_is_what_seeds_scatter_by(seeds):
     """Median over the picture of the predicted and the sampled error, 40 seeds: within 30 %, for so few scatter by
     11 % (the bench: 200, 10 %)."""
@@ -155,7 +156,8 @@ def test_another_picture_size_is_another_lens():
 
 def test_what_is_left_out_round_after_round_is_no_more_than_exceptions_may_be():
     rng = np.random.default_rng(0)
-    noises_px = (0.05, 0.05, 0.05, 0.05, 0.11, 0.32, 0.32, 6, 6, 6)  # the two in the middle look odd once three are out
+    # the two in the middle look odd once three are out
+    noises_px = (0.05, 0.05, 0.05, 0.05, 0.11, 0.32, 0.32, 6, 6, 6)
     inside = [view for view in views_of(count=40, noise_px=0)
               if ((view.pixels > 25) & (view.pixels < np.array(tuple(SIZE)) - 25)).all()]
     views = [BoardView(view.pixels + rng.normal(0, noise_px, view.pixels.shape), BOARD.places_mm, f"view {i}")

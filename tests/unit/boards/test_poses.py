@@ -57,7 +57,8 @@ def test_a_part_of_a_board_tells_where_the_rest_is():
     part = BoardPose.of(BoardView(corners[18:33], BOARD.places_mm[18:33]), BOARD, SIZE)
     np.testing.assert_allclose(part.quad, whole.quad, atol=0.01)
     assert BoardPose.of(BoardView(corners[:5], BOARD.places_mm[:5]), BOARD, SIZE) is None
-    assert BoardPose.of(BoardView(corners[:9], BOARD.places_mm[:9]), BOARD, SIZE) is None  # all on one line
+    # all on one line
+    assert BoardPose.of(BoardView(corners[:9], BOARD.places_mm[:9]), BOARD, SIZE) is None
 
 
 @pytest.mark.parametrize("points", [[[0, 0]] * 4, [[0, 0], [1, 1], [2, 2], [3, 3]], [[0, 0], [9, 9], [9, 0], [0, 9]],
@@ -68,7 +69,8 @@ def test_what_is_no_quad_is_refused(points):
 
 
 def test_a_glimpse_finds_the_board_in_the_pictures_own_pixels():
-    size, quad = ImageSize(1920, 1440), pose("facing the camera").quad * 3 + 1  # three times as large, pixel centres
+    # three times as large, pixel centres
+    size, quad = ImageSize(1920, 1440), pose("facing the camera").quad * 3 + 1
     import cv2
     corners = BOARD.places_mm[[0, 8, 53, 45], :2].astype(np.float32)
     picture = picture_of(BOARD, cv2.getPerspectiveTransform(corners, quad.astype(np.float32)), tuple(size))

@@ -107,7 +107,8 @@ def test_noise_has_no_neighbours_and_a_shape_has():
     observations, rng = BoardObservations.of(views_of(count=6)), np.random.default_rng(0)
     noise = rng.normal(0, 1, observations.pixels.shape)
     assert abs(neighbour_correlation(noise, observations)) < 0.1
-    rows = np.repeat(rng.normal(0, 1, (6, 10, 2)), 10, axis=1)  # alike along each row, and rows know nothing of others
+    # alike along each row, and rows know nothing of others
+    rows = np.repeat(rng.normal(0, 1, (6, 10, 2)), 10, axis=1)
     assert neighbour_correlation(rows, observations) == pytest.approx(1.0)
     shuffled = rng.permutation(100)  # the order in which corners are listed is nobody's business
     mixed = BoardObservations.of(tuple(v.only(shuffled) for v in views_of(count=6)))

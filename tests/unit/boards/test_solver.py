@@ -138,7 +138,8 @@ def test_padding_does_not_pull():
                     present=np.concatenate([observations.present, more[2][:, observations.present.shape[1]:]], axis=1))
     state, _ = a_state(count=5, noise_px=0.3)
     found = [BoardSolver(SIZE, ALL).solve(s, state, PLAIN, 0.2).minimum.state.shared for s in (observations, wider)]
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-5, atol=1e-4)  # mm; where each search stops
+    # mm; where each search stops
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-5, atol=1e-4)
 
 
 def test_many_rotations_are_each_the_one_rotation():

@@ -142,7 +142,8 @@ def test_a_profile_survives_json():
     profile = learn_profile("hall 2", [(pixels.frame_at(0, 0.0), colour_clicks(pixels))])
     back = ColourProfile.from_json(profile.to_json())
     assert back.to_json() == profile.to_json() and set(back.colours) == set(profile.colours)
-    assert (table_of(back)[0] == table_of(profile)[0]).mean() > 0.999  # rounded to a tenth of a grey level
+    # rounded to a tenth of a grey level
+    assert (table_of(back)[0] == table_of(profile)[0]).mean() > 0.999
 
 
 @pytest.mark.parametrize("change", [

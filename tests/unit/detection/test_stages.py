@@ -48,7 +48,8 @@ def test_no_robot_is_missed_and_none_is_taken_for_another(watched, frames):
 
 
 def test_places_are_within_millimetres_at_the_height_of_the_hats(watched):
-    assert np.median(watched.off_mm) < 1 and np.quantile(watched.off_mm, 0.99) < 4  # required: 5 and 15
+    # required: 5 and 15
+    assert np.median(watched.off_mm) < 1 and np.quantile(watched.off_mm, 0.99) < 4
 
 
 def test_fronts_are_within_two_degrees(watched):
@@ -84,7 +85,8 @@ def test_small_robots_are_told_by_two_colours():
     for i in range(4):
         scored(score, sight.process(crowd.frame_at(i, 4.0 * i)), truth_at(crowd, 4.0 * i), near_mm=40)
     assert score.robots > 30 and score.missed <= 1 and (score.wrong, score.invented) == (0, 0)
-    assert np.median(score.off_mm) < 0.5 and np.quantile(score.turned_deg, 0.95) < 1  # patches touch each other
+    # patches touch each other
+    assert np.median(score.off_mm) < 0.5 and np.quantile(score.turned_deg, 0.95) < 1
 
 
 def test_covariance_is_as_large_as_the_error(match):

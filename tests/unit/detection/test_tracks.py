@@ -35,7 +35,8 @@ def test_the_seam_of_what_moves_is_told_as_if_both_had_looked_at_once():
     for n in range(60):
         camera = ("left", "right")[n % 2]
         tracker.add(camera, n / 60, [robot(3000 * n / 60, 0 if camera == "left" else 9)])
-    assert tracker.to_json()[0]["seam_mm"] == pytest.approx(9, abs=3)  # each saw it 50 mm from where the other did
+    # each saw it 50 mm from where the other did
+    assert tracker.to_json()[0]["seam_mm"] == pytest.approx(9, abs=3)
 
 
 def test_where_one_camera_sees_it_there_is_no_seam():
@@ -120,6 +121,7 @@ def test_places_are_within_what_the_covariance_says():
             tracker.add("left", n / FPS, [robot(*(true + rng.normal(0, 6, 2)), sigma=6)])
         track = tracker.to_json()[0]
         off = np.array([track["x_mm"], track["y_mm"]]) - true
-        inside += off @ np.linalg.solve(track["covariance_mm2"], off) < 5.99  # 95 % of two dimensions
+        # 95 % of two dimensions
+        inside += off @ np.linalg.solve(track["covariance_mm2"], off) < 5.99
         total += 1
     assert inside >= 0.9 * total

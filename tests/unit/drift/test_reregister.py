@@ -70,7 +70,8 @@ def test_the_lens_stays_and_the_millimetres_come_back(camera, degrees):
     assert rms_mm(made, other) < 6  # mm, of what a click of 0.3 px left in the lens
     assert told["picture_px"] == pytest.approx(moved_by(camera, other)[0], rel=0.25)
     assert made.parent == before.id and not made.active
-    assert told["zoom"]["state"] == "not-tested" and "could not be tested" in told["sentence"]  # of so few clicks
+    # of so few clicks
+    assert told["zoom"]["state"] == "not-tested" and "could not be tested" in told["sentence"]
 
 
 TURNED, MOVED = ((0.2, -0.3, 0.2), (0, 0, 0)), ((-0.03, -0.15, 0.09), (-26, 2, -19))

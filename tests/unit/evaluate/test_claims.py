@@ -51,7 +51,8 @@ def test_a_good_report_holds_all_that_was_tried():
 @pytest.mark.parametrize(("report", "code", "state", "gates"), [
     ({"verdict": {"mm": 7.0, "level": "fair", "sentence": "Usable."}}, "accuracy", "refuted", False),
     ({"verdict": {"mm": 209.0, "level": "poor", "sentence": "Not."}}, "accuracy", "refuted", True),
-    ({"verdict": {"mm": 3.0, "level": "poor", "sentence": "Not."}}, "accuracy", "refuted", True),  # its own, at least
+    # its own, at least
+    ({"verdict": {"mm": 3.0, "level": "poor", "sentence": "Not."}}, "accuracy", "refuted", True),
     ({"verdict": {"mm": None, "level": "unknown", "sentence": "Unknown."}}, "accuracy", "not-tested", True),
     ({"verdict": {}}, "accuracy", "not-tested", True),
     ({"sigma_mm": {"rms": 0.4, "rms_95": 30.0}}, "accuracy", "refuted", True),
@@ -86,7 +87,8 @@ def test_nothing_is_held_by_nothing():
     with pytest.raises(AssertionError):
         Claim("anything", "held", "All is well")
     assert gate_of([Claim("a", "not-tested", "A")]) == "not-tested"
-    assert gate_of([Claim("a", "refuted", "A", tried=("it",))]) == "ready"  # told, and no reason to ask
+    # told, and no reason to ask
+    assert gate_of([Claim("a", "refuted", "A", tried=("it",))]) == "ready"
 
 
 @pytest.mark.parametrize(("changes", "field", "region", "active", "found"), [

@@ -77,7 +77,8 @@ def test_where_the_clicks_hardly_tell_any_lens_the_most_probable_one_is_recommen
     assert all("weakly-determined" in row["warnings"] for row in rows.values() if row["expected_hat_mm"] is not None)
     assert found["recommended"] == "fisheye" and rows["fisheye"]["apart_mm"] is None
     assert rows["polynomial"]["field_mm"] > 100 > rows["fisheye"]["field_mm"]
-    assert rows["homography"]["rms_px"] > 20  # more than a click's noise may be by the options, and listed all the same
+    # more than a click's noise may be by the options, and listed all the same
+    assert rows["homography"]["rms_px"] > 20
 
 
 @pytest.mark.parametrize("seed", [2, 3])
@@ -111,7 +112,8 @@ def test_the_ranking_is_near_the_truth(lens):
 
 
 def test_a_model_that_cannot_be_fitted_is_listed_with_its_fix():
-    few = tuple(Observation(o.feature, "line", o.points[::4]) for o in clicks("half"))  # 3 points a border
+    # 3 points a border
+    few = tuple(Observation(o.feature, "line", o.points[::4]) for o in clicks("half"))
     found = model_choice.compare(few, FIELD, REGION, SIZE, ("polynomial", "brown-conrady"), {"degree": 4}).ranking
     assert [f["model"] for f in found["failed"]] == ["polynomial"]
     assert found["failed"][0]["fix"] and found["failed"][0]["reason"] == "too-few-points"

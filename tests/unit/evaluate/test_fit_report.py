@@ -34,7 +34,8 @@ def calibrated(model=PINCUSHION, *extra, noise_px=0.3, seed=0, **options):
 def test_a_bow_outwards_is_negative_and_a_bow_inwards_positive():
     x = np.linspace(0, 1000, 101)
     inside = np.array([500.0, 400.0])
-    for sag, expected in ((-20.0, -2.0), (20.0, 2.0), (0.0, 0.0)):  # a top border; y grows downwards, to the inside
+    # a top border; y grows downwards, to the inside
+    for sag, expected in ((-20.0, -2.0), (20.0, 2.0), (0.0, 0.0)):
         top = np.stack([x, 100 + sag * 4 * (x / 1000) * (1 - x / 1000)], axis=-1)
         assert sag_pct(top, inside) == pytest.approx(expected, abs=1e-2)
         assert sag_pct(top[::-1], inside) == pytest.approx(expected, abs=1e-2)
@@ -98,7 +99,8 @@ def test_held_out_error_is_larger_than_the_residuals_and_near_the_truth_on_the_b
         places = np.concatenate([FULL.border(b).sample(40) for b in BORDERS])
         raw = PINCUSHION.raw_from_corrected(PINCUSHION.corrected_from_field(places))
         curve = np.mean(np.sum((field_from_raw(found.model, raw) - places) ** 2, axis=1))
-        error = np.sqrt(curve + (noise_px * 3.45) ** 2)  # the held-out click has its own noise, 3.45 mm per pixel
+        # the held-out click has its own noise, 3.45 mm per pixel
+        error = np.sqrt(curve + (noise_px * 3.45) ** 2)
         rows.append((found.report["rms_mm"], found.report["cv_rms_mm"], error))
     residual, held_out, truth = np.median(rows, axis=0)
     assert residual < held_out
@@ -242,7 +244,8 @@ def test_a_model_that_a_freer_lens_contradicts_is_not_good(model):
     assert rms_mm(field_from_raw(rigid.model, raw), truth) > 7.5 > rms_mm(field_from_raw(freer.model, raw), truth)
     assert rigid.report["verdict"]["level"] in ("fair", "poor") and freer.report["verdict"]["level"] == "good"
     assert "Use " in told["another-lens"]["fix"] and "places the field" in told["another-lens"]["text"]
-    for other in (freer, dragged):  # nothing freer is asked; nothing is asked while a point is dragged
+    # nothing freer is asked; nothing is asked while a point is dragged
+    for other in (freer, dragged):
         assert "another-lens" not in {w["reason"] for w in other.report["warnings"]}
 
 

@@ -55,7 +55,8 @@ def test_each_camera_that_shows_its_own_half_is_held(halves):
     (then_a, now_a, _), (then_b, now_b, _) = halves
     assert compare(image(now_a, then_a), image(now_b, then_b, "right")) == "apart"
     assert claim_of(image(now_a, then_a), image(now_b, then_b, "right")).state == "held"
-    assert claim_of(image(now_a, then_a)) is None and claim_of() is None  # nothing to be taken for another
+    # nothing to be taken for another
+    assert claim_of(image(now_a, then_a)) is None and claim_of() is None
 
 
 @pytest.mark.parametrize("known", ["both", "first", "second"])
@@ -73,17 +74,20 @@ def test_one_stream_under_two_cameras_is_told_however_it_is_sent_and_whatever_it
     for then in (then_b, then_a, None):
         told = claim_of(image(now_a, then_a), image(again_a, then, "right"))
         assert told.is_problem and "same image" in told.title and told.evidence == "North and South."
-    assert compare(image(None, then_a), image(None, again_a, "right")) == "image"  # its versions tell, too
+    # its versions tell, too
+    assert compare(image(None, then_a), image(None, again_a, "right")) == "image"
     not_calibrated = image(again_a, None, "right", size=None)
     assert compare(image(now_a, None, size=None), not_calibrated) == "image"
-    assert compare(image(now_a, then_a), image(again_a, then_a)) == "unknown"  # two cameras over one area may be so
+    # two cameras over one area may be so
+    assert compare(image(now_a, then_a), image(again_a, then_a)) == "unknown"
 
 
 def test_what_was_not_seen_or_cannot_be_told_apart_is_not_held(halves):
     (then_a, now_a, _), (then_b, now_b, _) = halves
     dark = claim_of(image(now_a, then_a), image(None, then_b, "right"))
     assert dark.state == "not-tested" and "not compared" in dark.title and "South" in dark.evidence and not dark.gates
-    assert claim_of(image(now_a, None), image(now_b, None, "right")).state == "not-tested"  # nothing to compare with
+    # nothing to compare with
+    assert claim_of(image(now_a, None), image(now_b, None, "right")).state == "not-tested"
     assert claim_of(image(now_a, None), image(now_b, None, "right", size=ImageSize(640, 480))).state == "held"
     third = claim_of(image(now_a, then_a), image(now_b, then_b, "right"), image(None, None, "top"))
     assert third.state == "not-tested" and "East" in third.evidence

@@ -75,7 +75,8 @@ def test_matches_on_robot_tops_tell_the_heights_that_the_carpet_cannot():
     apart_mm, random = 150.0, np.random.default_rng(0)
     places = np.column_stack([random.uniform(-250, 250, 40), random.uniform(-2500, 2500, 40)])
     seen = with_z(places, TOPS_MM)
-    behind = places + (places - [x, y]) * TOPS_MM / (z - TOPS_MM)  # the carpet that a top hides from b
+    # the carpet that a top hides from b
+    behind = places + (places - [x, y]) * TOPS_MM / (z - TOPS_MM)
     thought = behind - (behind - [x, y]) * TOPS_MM / (z + apart_mm)
     evidence = from_matches(a, b, a.project(seen), b.project(with_z(thought, TOPS_MM)), TOPS_MM)
     found = agreement(a, a.image_size, b, b.image_size, FIELD, evidence, expected=(None, None))

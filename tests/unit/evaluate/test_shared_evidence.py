@@ -92,12 +92,14 @@ def test_lines_and_landmarks_clicked_in_both_pictures_tell_as_much():
     found = from_clicks(
         pair.camera_a, (*seen(pair.camera_a, ("at-x-1", "at-y-2"), 7), spot(pair.camera_a)), FULL,
         moved, (*seen(pair.camera_b, ("at-x-1", "at-y-2"), 5), spot(pair.camera_b)), FULL, FIELD)
-    line = np.isin(found.thing, found.thing[:-2])  # of two lines; the landmark, in two directions, comes last
+    # of two lines; the landmark, in two directions, comes last
+    line = np.isin(found.thing, found.thing[:-2])
     across_x = line & (np.abs(found.places[:, 0] + 800) < 20)
     assert across_x.any()
     np.testing.assert_allclose(found.offset_mm[across_x], 12.0 * found.normals[across_x, 0], atol=1e-3)
     along_x = line & ~across_x
-    assert np.abs(found.offset_mm[along_x]).max() < 1e-3  # the shift runs along that line: it cannot be seen there
+    # the shift runs along that line: it cannot be seen there
+    assert np.abs(found.offset_mm[along_x]).max() < 1e-3
     np.testing.assert_allclose(found.offset_mm[-2:], [12.0, 0.0], atol=1e-3)
     assert apart_mm(found)[-1] == pytest.approx(12.0, abs=1e-3)
 
@@ -112,7 +114,8 @@ def test_arcs_clicked_in_both_pictures_tell_as_much():
         return (Observation("circle", "line", raw_from_field(model, circle.sample(count)[:-1])),)
     found = from_clicks(pair.camera_a, seen(pair.camera_a, 23), FULL, moved, seen(pair.camera_b, 17), FULL, FIELD)
     radial = (found.places - np.array(circle.centre)) / circle.radius_mm
-    np.testing.assert_allclose(found.offset_mm, 12.0 * radial[:, 0], atol=1.0)  # straight between clicks
+    # straight between clicks
+    np.testing.assert_allclose(found.offset_mm, 12.0 * radial[:, 0], atol=1.0)
     assert apart_mm(found).max() > 11
 
 

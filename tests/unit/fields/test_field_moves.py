@@ -26,7 +26,8 @@ def test_nothing_moved_is_the_same_field(field):
 
 
 def test_a_goal_line_takes_ends_landmarks_edges_and_the_length_along():
-    taped = moved(goal_line_right=(-ASIDE, -ASIDE))  # up along it, its left is towards the middle: this is outwards
+    # up along it, its left is towards the middle: this is outwards
+    taped = moved(goal_line_right=(-ASIDE, -ASIDE))
     assert taped.lines["touch-line-top"].end == (4515.0, 3000.0) == taped.landmarks["corner-top-right"].position
     assert taped.lines["centre-line"].end == (4515.0, 0.0)
     assert taped.lines["defence-right-top"].end == (4515.0, 1000.0)

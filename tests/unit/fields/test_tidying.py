@@ -53,7 +53,8 @@ def test_what_stands_around_the_outermost_lines_is_no_part_of_the_field():
     inner = [((-2700, 1700 * s), (2700, 1700 * s)) for s in (1, -1)] + [((2700 * s, -1700), (2700 * s, 1700))
                                                                         for s in (1, -1)]
     posts = [((2700 * s, 400), (3000 * s, 400)) for s in (1, -1)] + [((2700 * s, -400), (3000 * s, -400))
-                                                                    for s in (1, -1)]  # of goals in the wall
+                                                                    # of goals in the wall
+                                                                    for s in (1, -1)]
     field = tidied(seen(*inner, *posts, ((0, -1700), (0, 1700)), arcs=(Arc("circle-1", (0, 0), 400),)))
     assert (field.length_mm, field.width_mm) == (5400, 3400)
     assert {*field.lines} == {*BARE.lines, "halfway-line"} and all(m.length_mm > 0 for m in field.lines.values())

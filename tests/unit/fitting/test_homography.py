@@ -45,7 +45,8 @@ def test_noise_costs_a_millimetre_not_more(truth):
     assert np.median(errors) < 1.2  # mm: 0.3 px are 1.4 mm here, and 36 clicks share eight unknowns
 
 
-@pytest.mark.parametrize(("seeds", "within"), [(20, 0.4), long(60, 0.25)])  # 20 draws tell σ to 16 %, 60 to 9 %
+# 20 draws tell σ to 16 %, 60 to 9 %
+@pytest.mark.parametrize(("seeds", "within"), [(20, 0.4), long(60, 0.25)])
 def test_the_stated_sigma_is_the_one_that_is_seen(seeds, within):
     """The covariance carried to the field's corners, against the scatter of fits."""
     corners = np.array([[-2000, -1500], [2000, -1500], [-2000, 1500], [2000, 1500.0]])

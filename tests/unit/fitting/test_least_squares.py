@@ -43,7 +43,8 @@ def test_a_search_in_two_parts_goes_the_way_of_one():
 def test_a_step_to_the_other_side_that_gains_nothing_is_not_the_end():
     def arctan(s):
         return np.arctan(s), 1 / (1 + s[:, None] ** 2)
-    found = minimise(np.array([1.3917]), arctan, move, tolerance=1e-3, damping=1e-9)  # Newton's step is to -1.3917
+    # Newton's step is to -1.3917
+    found = minimise(np.array([1.3917]), arctan, move, tolerance=1e-3, damping=1e-9)
     assert found.converged and found.cost < 1e-4
 
 
@@ -82,7 +83,8 @@ def test_out_of_reach_is_stepped_around():
     def cliff(state):
         if state[0] > 2:
             return np.array([np.nan]), np.array([[1.0]])
-        return np.array([state[0] - 1.9]), np.array([[0.2]])  # the derivative lies, so the first step overshoots
+        # the derivative lies, so the first step overshoots
+        return np.array([state[0] - 1.9]), np.array([[0.2]])
     found = minimise(np.array([0.0]), cliff, move)
     assert found.state[0] == pytest.approx(1.9, abs=1e-3)
 

@@ -22,7 +22,8 @@ def test_straight_lines_may_lie_beside_their_places():
     alone = learned(offsets, [0] * 6)
     assert np.median(sigmas[:6]) == pytest.approx(np.median(alone), rel=0.1)
     assert np.median(sigmas[6:]) < 0.5 < 2.0 < np.median(sigmas[:6])
-    assert np.median(learned(both, [0] * 12)[:6]) < 0.8 * np.median(alone)  # one σ for both would be too small
+    # one σ for both would be too small
+    assert np.median(learned(both, [0] * 12)[:6]) < 0.8 * np.median(alone)
 
 
 def test_one_line_far_off_does_not_speak_for_the_others():
@@ -38,7 +39,8 @@ def test_what_lines_tell_of_a_shared_place_is_known_as_well_as_is_told(painted):
     for _ in range(200):
         aside = rng.normal(0, USUAL_MM, lines)
         aside[0] += 12.0 * (painted == "one far off")
-        shared = np.concatenate([np.ones((lines, 1)), np.eye(lines)], axis=1) * 100  # seen to a hundredth of a mm
+        # seen to a hundredth of a mm
+        shared = np.concatenate([np.ones((lines, 1)), np.eye(lines)], axis=1) * 100
         for _ in range(4):
             jacobian = np.concatenate([shared, np.eye(lines + 1)[1:] / before[:, None]])
             seen = np.concatenate([aside * 100, np.zeros(lines)])

@@ -98,7 +98,8 @@ def test_tsai_finds_pose_focal_length_and_k1(tilt):
 
 @pytest.mark.parametrize("spoil, reason", [
     (lambda i: Incidences(i.pixels[:5], i.lines[:5]), "too-few-points"),
-    (lambda i: Incidences(i.pixels[:18], i.lines[:18]), "lines-not-enough"),  # left and right alone are parallel
+    # left and right alone are parallel
+    (lambda i: Incidences(i.pixels[:18], i.lines[:18]), "lines-not-enough"),
     (lambda i: Incidences(np.tile(i.pixels[:1], (36, 1)) + 0.0, i.lines), "lines-not-enough"),
 ])
 def test_lines_that_are_not_enough_are_refused(spoil, reason):

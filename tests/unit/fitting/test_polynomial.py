@@ -57,8 +57,10 @@ def test_equation_4_as_printed_misses_the_right_border():
 def test_the_one_pass_map_is_the_two_passes():
     corrected = grid(BARREL.width_px, BARREL.height_px)
     x_c, y_c = corrected[..., 0], corrected[..., 1]
-    y = BARREL.top(x_c) + y_c * (BARREL.bottom(x_c) - BARREL.top(x_c)) / BARREL.height_px  # Eq. (8) inverted
-    x = BARREL.left(y) + x_c * (BARREL.right(y) - BARREL.left(y)) / BARREL.width_px  # Eq. (4) inverted
+    # Eq. (8) inverted
+    y = BARREL.top(x_c) + y_c * (BARREL.bottom(x_c) - BARREL.top(x_c)) / BARREL.height_px
+    # Eq. (4) inverted
+    x = BARREL.left(y) + x_c * (BARREL.right(y) - BARREL.left(y)) / BARREL.width_px
     np.testing.assert_allclose(BARREL.raw_from_corrected(corrected), np.stack([x, y], axis=-1), atol=1e-9)
 
 

@@ -93,7 +93,8 @@ def test_what_a_format_holds_is_projected_alike_when_it_is_read_back(format, nam
     model, back = model_of(name, index), camera_in(made.data, name, index)
     for z in (0.0, 150.0):
         off = np.abs(back.project(seen_places(model, z)) - model.project(seen_places(model, z))).max()
-        assert off < (1e-6 if made.loss is None else 2e-3)  # floats of four bytes: a thousandth of a pixel
+        # floats of four bytes: a thousandth of a pixel
+        assert off < (1e-6 if made.loss is None else 2e-3)
     if format == "ssl-vision":
         assert 0 < made.loss.worst_mm < 0.01 and made.loss.hat_worst_mm < 0.01
     else:
@@ -116,12 +117,14 @@ def test_the_nearest_that_a_format_can_hold_errs_by_what_it_says(format, name, i
     # other places than those that the figure is from: a little more is possible between them
     assert error.max() <= made.loss.worst_mm * 1.1 + 1e-3
     assert error.max() >= made.loss.rms_mm * 0.5 - 1e-3
-    assert made.loss.worst_mm < (40 if name == "polynomial" else 18)  # not a wrong sign: that is hundreds
+    # not a wrong sign: that is hundreds
+    assert made.loss.worst_mm < (40 if name == "polynomial" else 18)
     if isinstance(model, RayModel):
         flat = seen_places(model, made.loss.hat_height_mm)
         hats = np.linalg.norm(back.unproject(model.project(flat), made.loss.hat_height_mm) - flat[:, :2], axis=1)
         assert hats.max() <= made.loss.hat_worst_mm * 1.1 + 1e-3
-        assert made.loss.hat_rms_mm < 1.3 * made.loss.rms_mm + 0.02  # fitted to both, not to the carpet alone
+        # fitted to both, not to the carpet alone
+        assert made.loss.hat_rms_mm < 1.3 * made.loss.rms_mm + 0.02
     else:
         assert made.loss.hat_worst_mm is None
     if format not in ("ssl-vision", "photonvision"):
@@ -184,7 +187,8 @@ SPOILT = [lambda d: d[:len(d) // 2], lambda d: b"", lambda d: b"[]", lambda d: b
 
 
 @pytest.mark.parametrize(("name", "spoil"), [(name, spoil) for name in READABLE for spoil in SPOILT
-                                             if (name, spoil) != ("csv", SPOILT[0])])  # half a table is a table
+                                             # half a table is a table
+                                             if (name, spoil) != ("csv", SPOILT[0])])
 def test_a_spoilt_file_is_refused_with_a_fix(name, spoil):
     model = ("ssl", 0) if name == "ssl-vision" else ("brown-conrady", 0)
     written = interchange.export(example(*model), name).data

@@ -154,7 +154,8 @@ def test_mrcal_sees_the_same_and_what_it_writes_is_read(mrcal, name, index):
     pixels, written, size = mrcal(exported("mrcal", name, index), places / 1000)
     same_as_ours(pixels, model, places)
     assert size == [str(n) for n in model.image_size]
-    back = interchange.read_file(written)  # mrcal's own file: a lens, for its extrinsics may be anybody's
+    # mrcal's own file: a lens, for its extrinsics may be anybody's
+    back = interchange.read_file(written)
     assert interchange.is_lens(back) and back.notes and back.image_size == model.image_size
     assert back.lens().focal_px == pytest.approx(model.focal_px, abs=1e-6)
     assert back.lens().terms == pytest.approx(model.lens_terms if model.NAME == "brown-conrady" else [0] * 8, abs=1e-9)

@@ -14,7 +14,8 @@ from touchline.core.errors import TouchlineError
 from touchline.formats import FORMATS
 from touchline.workflows import interchange
 
-SECONDS = 5.0  # of processor time; one is promised and 0.2 were measured, but a loaded machine is given more
+# of processor time; one is promised and 0.2 were measured, but a loaded machine is given more
+SECONDS = 5.0
 SCRAPS = [b"", b"\x00", b"\xff\xfe", b"\xef\xbb\xbf", b"&a *a", b"!!python/name:os.system", b"<<: *x", b"? [", b"- - -",
           b"1e999", b"-1e308", b".inf", b"nan", b"9" * 400, b"0x7f", b"1_000", b"1:30:00", b"\xed\xa0\x80", b"%YAML 9",
           b"---\n---\n", b"\t", b"'", b'"', b"'''", b"\\x", b"{{{{", b"]]]]", b"(((", b"#", b"=cmd()", b";", b"\n\n"]

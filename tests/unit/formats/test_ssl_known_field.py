@@ -22,7 +22,8 @@ from touchline.store.fields import load_fields
 FIELDS = load_fields()
 BOTH = [(program, division) for program in PROGRAMS for division in SIZES]
 FORMER = {"RightFieldLeftPenaltyStretch": "RightFieldRightPenaltyStretch",
-          "RightFieldRightPenaltyStretch": "RightFieldLeftPenaltyStretch"}  # how older Touchlines named them
+          # how older Touchlines named them
+          "RightFieldRightPenaltyStretch": "RightFieldLeftPenaltyStretch"}
 
 
 def sent(program: str, division: str, **changes) -> SSL_GeometryFieldSize:

@@ -171,7 +171,8 @@ def test_a_picture_that_takes_too_long_is_refused_in_time_and_its_process_is_gon
         with pytest.raises(BadImage) as refusal:
             decoder.frame_from_bytes(slow)
         assert refusal.value.reason == "slow-image"
-        assert ended_children_s() - begin < 1.0  # of its own processor time; whole, it takes several seconds
+        # of its own processor time; whole, it takes several seconds
+        assert ended_children_s() - begin < 1.0
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
         assert decoder.frame_from_bytes(encoded("png")).size.width == 64

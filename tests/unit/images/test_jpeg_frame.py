@@ -79,7 +79,8 @@ def test_one_that_cannot_be_decoded_says_so_when_its_pixels_are_wanted():
 @pytest.mark.parametrize("name", TURNED)
 def test_a_picture_that_viewers_would_turn_is_not_plain_and_not_turned_here(name):
     data = turned_jpeg(name, encoded("jpg", gradient(64, 48)))
-    assert cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape == (64, 48, 3)  # as a viewer shows it
+    # as a viewer shows it
+    assert cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape == (64, 48, 3)
     frame = read_in_process(data)
     assert not frame.is_plain and frame.pixels.shape == (48, 64, 3)
 

@@ -48,7 +48,8 @@ def test_so_many_nodes_as_were_asked_for_and_their_error():
     few, many = correction_mesh(model, 40, 9, 5), correction_mesh(model, 40, 129, 97)
     assert few.raw_px.shape == (5, 9, 2) and many.raw_px.shape == (97, 129, 2)
     assert few.error_px > 40 * many.error_px and many.error_px < 0.03
-    assert correction_mesh(model, 0, columns=33).raw_px.shape == (26, 33, 2)  # cells no wider than high
+    # cells no wider than high
+    assert correction_mesh(model, 0, columns=33).raw_px.shape == (26, 33, 2)
     assert correction_mesh(model, 0, rows=25).raw_px.shape[0] == 25
 
 

@@ -85,7 +85,8 @@ def test_a_cancelled_job_that_listens_frees_its_worker_and_the_next_one_is_done(
             said(jobs, job, "sleeping")
         for job in pair:
             assert jobs.cancel(job.id).state == "cancelled"
-        more = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}) for n in range(2)]  # both workers are free
+        # both workers are free
+        more = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}) for n in range(2)]
         assert [ended(jobs, job).result["sum"] for job in more] == [1, 2]
         assert {jobs.get(job.id).state for job in pair} == {"cancelled"}
 
@@ -246,7 +247,8 @@ def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_c
 
 @pytest.mark.long
 def test_with_certificates_and_never_without(tmp_path, monkeypatch):
-    certificate = str(TESTS / "support" / "camera_certificate.pem")  # its own authority, its key beside it
+    # its own authority, its key beside it
+    certificate = str(TESTS / "support" / "camera_certificate.pem")
     names = {"CA_FILE": certificate} | {f"{who}__{what}": certificate for who in ("CLIENT", "SCHEDULER", "WORKER")
                                         for what in ("CERT", "KEY")}
     cluster = DaskCluster(tmp_path, "tls")
@@ -279,7 +281,8 @@ def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_p
 def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(cluster, monkeypatch):
     import distributed
 
-    connect, errors = distributed.Client, [OSError, TimeoutError, AssertionError]  # the last: two messages in one
+    # the last: two messages in one
+    connect, errors = distributed.Client, [OSError, TimeoutError, AssertionError]
 
     def fails_first(*arguments, **named):
         if errors:

@@ -177,7 +177,8 @@ def test_another_calibration_for_our_number_contradicts_and_an_echo_of_ours_does
         "echo": ("north", False), "other": ("north", True), "elsewhere": (None, False)}
     found = replace(found, data=packet(1), geometry=decode(SSL_WrapperPacket, packet(1)).geometry,
                     geometry_s=found.geometry_s - 3600)
-    assert not received_json(found, time.monotonic(), FIELDS.values(), ours)["cameras"][0]["contradicts"]  # long silent
+    # long silent
+    assert not received_json(found, time.monotonic(), FIELDS.values(), ours)["cameras"][0]["contradicts"]
 
 
 def test_an_echo_with_a_zero_of_another_sign_or_a_field_of_tomorrow_contradicts_nobody():

@@ -89,7 +89,8 @@ def test_one_sender_is_kept_as_long_as_it_is_heard():
     both = [sender(one, "10.0.0.2", 100.0), sender(other, "10.0.0.3", 101.0)]
     assert geometry_to_pass_on(both, 102.0, first) == first
     assert geometry_to_pass_on(both, 102.0, None).address == "10.0.0.3"
-    assert geometry_to_pass_on(both, 100.5 + STALE_S, first).address == "10.0.0.3"  # it has fallen silent
+    # it has fallen silent
+    assert geometry_to_pass_on(both, 100.5 + STALE_S, first).address == "10.0.0.3"
     assert geometry_to_pass_on(both, 200.0 + STALE_S, first) == first  # all have
 
 

@@ -91,7 +91,8 @@ def test_the_loss_is_told_with_its_place_before_anything_is_sent():
     assert not told["published"] and told["problem"]["reason"] == "loss-above-limit"
     worst_mm = max(told["loss"]["worst_mm"], told["loss"]["hat_worst_mm"])
     assert len(told["loss"]["worst_place"]) == 2 and f"{worst_mm:.0f} mm" in told["problem"]["what"]
-    assert worst_mm > 1 and told["expected"] is None  # without its points, nothing else is known of it
+    # without its points, nothing else is known of it
+    assert worst_mm > 1 and told["expected"] is None
     assert geometry_packet([one]) is None
 
 
@@ -133,7 +134,8 @@ def test_a_calibration_made_before_its_field_was_changed_is_not_sent_with_the_ne
     moved = replace(field, lines={**field.lines, line.name: line.shifted(15.0)})
     now = replace(moved, lines={**moved.lines, "added": replace(line.shifted(300.0), name="added")})
     old = replace(old, field=field.to_json(), created_at="2026-01-02")
-    new = replace(new, field=moved.to_json(), created_at="2026-01-01")  # a line that was added leaves it right
+    # a line that was added leaves it right
+    new = replace(new, field=moved.to_json(), created_at="2026-01-01")
     told = published_cameras([old, new], PublishingConfig(numbers={"b": 1}), fields={now.name: now})
     assert [(one.name, one.sent is not None) for one in told] == [("a", False), ("b", True)]
     assert told[0].problem.reason == "field-changed" and marking_name(line.name) in told[0].problem.what
@@ -193,7 +195,8 @@ def test_other_packets_go_by_the_same_socket(way):
             assert geometry.sender == detection.sender
             assert publisher.sender.is_own_packet(*detection.sender)
             assert not publisher.sender.is_own_packet("127.0.0.1", detection.sender[1] ^ 1)
-            assert not publisher.sender.is_own_packet("203.0.113.9", detection.sender[1])  # another machine
+            # another machine
+            assert not publisher.sender.is_own_packet("203.0.113.9", detection.sender[1])
         finally:
             publisher.close()
 

@@ -243,7 +243,8 @@ def test_the_lines_of_the_field_lie_on_the_picture_in_both_views(tmp_path):
         along = truth.raw_from_field(border.sample(400))
         assert np.min(np.linalg.norm(points[:, None] - along, axis=-1), axis=1).max() < 1.0
     head, lines = found["corrected"]
-    for name, axis in (("left", 0), ("top", 1)):  # what the correction is for: borders stand straight
+    # what the correction is for: borders stand straight
+    for name, axis in (("left", 0), ("top", 1)):
         assert np.ptp(np.array(lines[name])[:, axis]) < 0.6 and len(lines[name]) < 8
     assert head["calibration"] == "made"
 
@@ -298,7 +299,8 @@ def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confi
                 with pytest.raises(TimeoutError):
                     await viewer.next(0.4)
                 head = decode_body(await raw.next(10))[0]
-                camera.show(calibrated(SIM), camera.identity)  # what confirming, or calibrating anew, does
+                # what confirming, or calibrating anew, does
+                camera.show(calibrated(SIM), camera.identity)
                 applied = decode_body(await viewer.next(10))[0]
                 return status, refused.value.reason, head, applied, camera.status()
     status, refused, head, applied, after = run(story())

@@ -57,7 +57,8 @@ def test_only_what_serves_as_it_is_is_passed_on():
     assert passed_on(fine, StreamSpec("raw", 640, 80)) == fine.jpeg == passed_on(fine, StreamSpec("raw", 0, 80))
     for spec in (StreamSpec("raw", 480, 80), StreamSpec("corrected", 0, 80), StreamSpec("side", 0, 80)):
         assert passed_on(fine, spec) == b""
-    assert passed_on(grainy, StreamSpec("raw", 0, 80)) == b""  # three times as large as one of that quality
+    # three times as large as one of that quality
+    assert passed_on(grainy, StreamSpec("raw", 0, 80)) == b""
     assert passed_on(grainy, StreamSpec("raw", 0, 95)) == grainy.jpeg
     assert passed_on(read_in_process(encoded("png", gradient(640, 480))), StreamSpec("raw", 0, 80)) == b""
     turned = turned_jpeg("Exif behind comments", encoded("jpg", gradient(1920, 1080)))

@@ -69,7 +69,8 @@ def test_who_watches_a_few_a_second_has_no_more_made(capture):
     while len(taken) < 5:
         taken.append(capture.after(taken[-1].seq, LONG_S, in_passing=True))
     assert [one.seq - taken[0].seq for one in taken] == list(range(5))
-    assert taken[-1].moment - taken[0].moment > 3 * CARD_S  # begun 4 apart, and each was done a little later
+    # begun 4 apart, and each was done a little later
+    assert taken[-1].moment - taken[0].moment > 3 * CARD_S
     assert until(lambda: capture.status()["interval_s"], lambda interval_s: interval_s < REST_S) >= CARD_S
 
 
@@ -77,7 +78,8 @@ def test_who_begins_to_watch_a_few_a_second_gets_a_new_one_at_once(capture, monk
     rest(capture)
     monkeypatch.setattr(module, "REST_S", LONG_S)
     capture.watch(LONG_S)
-    until(lambda: capture.after(capture.status()["seq"], 1.5 * REST_S, in_passing=True) is None)  # it rests for long
+    # it rests for long
+    until(lambda: capture.after(capture.status()["seq"], 1.5 * REST_S, in_passing=True) is None)
     capture.watch(CARD_S)
     assert capture.after(capture.status()["seq"], LONG_S / 2, in_passing=True) is not None
 

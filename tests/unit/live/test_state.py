@@ -54,9 +54,11 @@ def still(all_s=0.0, most_s=0.0, share=0.0, had_noise=True):
 
 @pytest.mark.parametrize(("scheme", "values", "frozen"), [
     ("http", {"all_s": FROZEN_S - 0.1}, False), ("http", {"all_s": FROZEN_S + 0.1}, True),
-    ("rtsp", {"all_s": LONG_S}, False), ("rtsp", {"all_s": FROZEN_CODED_S}, True),  # up to the next key frame
+    # up to the next key frame
+    ("rtsp", {"all_s": LONG_S}, False), ("rtsp", {"all_s": FROZEN_CODED_S}, True),
     ("picture", {"all_s": 60.0}, False), ("sim", {"all_s": 60.0}, False),
-    ("v4l2", {"most_s": LONG_S + 0.1}, True), ("v4l2", {"most_s": LONG_S - 0.1}, False),  # under a running clock
+    # under a running clock
+    ("v4l2", {"most_s": LONG_S + 0.1}, True), ("v4l2", {"most_s": LONG_S - 0.1}, False),
     ("v4l2", {"most_s": 60.0, "had_noise": False}, False), ("v4l2", {"most_s": None}, False),
     ("rtsp", {"most_s": 60.0}, False), ("video", {"most_s": 60.0}, False)])
 def test_a_picture_that_stays_the_same_is_frozen_except_where_it_may_stand_still(scheme, values, frozen):
@@ -84,7 +86,8 @@ def test_no_movement_is_claimed_where_a_frozen_picture_would_look_the_same(schem
     ({}, Identity("rtsp://10.0.0.5/live"), ImageSize(640, 480), "other-camera"),
     ({}, None, ImageSize(640, 480), None),  # nobody knows which one it was
     ({}, Identity("rtsp://10.0.0.5/live"), None, None),  # it is not calibrated
-    ({"size": None, "identity": None}, NORTH, ImageSize(320, 240), None)])  # it has not said yet what it is
+    # it has not said yet what it is
+    ({"size": None, "identity": None}, NORTH, ImageSize(320, 240), None)])
 def test_a_calibration_of_another_size_or_camera_is_named_with_what_to_do(values, confirmed, size, reason):
     problem = calibration_mismatch(reported(**values), confirmed, size)
     assert (problem and problem["reason"]) == reason and (problem is None or problem["fix"])

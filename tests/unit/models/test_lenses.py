@@ -111,7 +111,8 @@ def test_a_lens_maps_one_branch_only():
         assert np.nanmin(area) > 0, (lens, terms)
         back = lens.undistort(terms, plane[seen])
         known = np.isfinite(back).all(axis=-1)
-        assert known.mean() > 0.97, (lens, terms)  # right at the fold Newton's method may not come there
+        # right at the fold Newton's method may not come there
+        assert known.mean() > 0.97, (lens, terms)
         np.testing.assert_allclose(back[known, :2] / back[known, 2:], there[seen][known, :2], rtol=1e-5, atol=1e-9)
         # a fit may not move on a branch that nothing else sees
         np.testing.assert_array_equal(np.isfinite(lens.distort_jacobian(terms, there)[0]).all(axis=-1), seen)

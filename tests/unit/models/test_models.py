@@ -102,7 +102,8 @@ def test_a_point_out_of_reach_is_nan_not_a_guess(model):
 
 @pytest.mark.parametrize("name", [name for name in MODELS if issubclass(MODELS[name], RayModel)])
 def test_what_a_camera_sees_above_the_horizon_is_nowhere_on_the_carpet(name):
-    ahead = vector_from_matrix(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]))  # level, along x
+    # level, along x
+    ahead = vector_from_matrix(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]))
     model = replace(examples(name)[2], rotation=tuple(map(float, ahead)))
     x, y = model.centre_px
     below, above = model.unproject(np.array([[x, y + 200.0], [x, y - 200.0]]))

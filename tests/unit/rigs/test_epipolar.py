@@ -43,7 +43,8 @@ def test_straight_lines_end_at_the_picture_and_one_that_misses_it_is_nan():
 def test_a_lens_bends_the_line_and_the_match_stays_on_it(k):
     pair = simulated(1, mistakes=0.0, noise_px=0.0, k=k)
     lines = epipolar_curves(pair.camera_a, pair.camera_b, pair.a)
-    assert away(pair.b, np.where(np.isfinite(lines), lines, 1e9)).max() < 0.05  # px, of steps that are straight
+    # px, of steps that are straight
+    assert away(pair.b, np.where(np.isfinite(lines), lines, 1e9)).max() < 0.05
     ends = lines[:, [0, -1]]
     bow = away(lines[:, 32], ends)
     assert (bow.max() > 5) == (k != 0)

@@ -25,7 +25,8 @@ def flat(count, level):
     return [np.full((1024, 1280, 3), level, np.uint8) for _ in range(count)]
 
 
-@pytest.mark.parametrize("level", [120, 255])  # shares of white, each rounded up, would be more than white
+# shares of white, each rounded up, would be more than white
+@pytest.mark.parametrize("level", [120, 255])
 def test_one_brightness_stays_one_brightness_across_every_seam(rig, level):
     made, names = stitcher_of(rig, ("cam0", "cam1"), VIEW)
     assert names == ["cam0", "cam1"]
@@ -78,7 +79,8 @@ def test_what_nobody_sees_is_said_with_its_place(rig):
 def test_places_on_markings_keep_clear_of_each_other():
     places, normals, widths = marking_places(FIELD)
     assert len(places) > 200 and np.allclose(np.linalg.norm(normals, axis=1), 1) and (widths == 10).all()
-    assert np.linalg.norm(places, axis=1).min() > 150  # no place at the centre, where two lines cross
+    # no place at the centre, where two lines cross
+    assert np.linalg.norm(places, axis=1).min() > 150
     bare = replace(FIELD, lines={}, arcs={})
     assert [part.shape for part in marking_places(bare)] == [(0, 2), (0, 2), (0,)]
 

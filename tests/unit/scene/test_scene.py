@@ -151,7 +151,8 @@ def test_ball_and_robots_stand_where_they_were_detected_and_nowhere_else(room, k
                        Detection("robot", (5.0, 6.0), "blue", 3, 0.0, 1000.0, 150.0, 0.5),
                        Detection("marker", (7.0, 8.0), "yellow", None, 100.0, 100.0, 150.0)), ImageSize(640, 512))
     room.show_detections(kept["id"], seen.to_json()["detections"])
-    ball, robot, marker = room._nodes[kept["id"]].handles["things"]  # of the second ball nobody knows where it is
+    # of the second ball nobody knows where it is
+    ball, robot, marker = room._nodes[kept["id"]].handles["things"]
     radius = FIELD.extras["ball"]["radius_mm"] / 1000
     assert ball.position == pytest.approx([0.5, -0.25, radius]) and robot.position[:2] == pytest.approx([0, 1])
     assert marker.position[2] == pytest.approx(0.15)
@@ -159,7 +160,8 @@ def test_ball_and_robots_stand_where_they_were_detected_and_nowhere_else(room, k
     assert not ball.visible
     room.show_detections(kept["id"], [])
     assert room._nodes[kept["id"]].handles["things"] == []
-    room.show_detections("nobody", seen.to_json()["detections"])  # a camera that was replaced meanwhile
+    # a camera that was replaced meanwhile
+    room.show_detections("nobody", seen.to_json()["detections"])
     assert "nobody" not in room._nodes
 
 

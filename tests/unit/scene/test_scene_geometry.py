@@ -57,7 +57,8 @@ def test_the_straightened_picture_is_a_pinholes(camera):
         weights = np.array([[(1 - fx) * (1 - fy), fx * (1 - fy)], [(1 - fx) * fy, fx * fy]])
         patch = np.s_[row:row + 2, column:column + 2]
         told = (weights * straight.raw_x[patch]).sum(), (weights * straight.raw_y[patch]).sum()
-        assert told == pytest.approx((raw_x, raw_y), abs=0.1)  # px; between four of its own the map is not straight
+        # px; between four of its own the map is not straight
+        assert told == pytest.approx((raw_x, raw_y), abs=0.1)
 
 
 def test_a_smaller_raw_picture_has_the_same_straight_one(camera):
@@ -73,7 +74,8 @@ def test_lines_drawn_closer_stay_where_they_are_seen(camera):
     closer = frustum.drawn_closer(places)
     assert camera.project(closer) == pytest.approx(camera.project(places), abs=1e-6)
     depth = (closer - frustum.position_mm) @ frustum.field_from_camera[:, 2]
-    assert depth == pytest.approx(np.full(3, IN_FRONT * frustum.depth_mm))  # all just before the picture
+    # all just before the picture
+    assert depth == pytest.approx(np.full(3, IN_FRONT * frustum.depth_mm))
 
 
 def test_height_and_tilt_are_the_cameras_own():
@@ -181,7 +183,8 @@ def test_what_moved_is_told_by_the_camera_and_on_the_carpet():
     knocked = replace(model, position_mm=(model.position_mm[0] + 30, model.position_mm[1] + 40, model.position_mm[2]))
     moved = PoseChange.between(model, knocked, model.region, Frustum.of(model), Frustum.of(knocked))
     assert moved.shift_mm == pytest.approx([30, 40, 0]) and moved.turn_deg == pytest.approx(0, abs=1e-3)
-    assert moved.median_mm == pytest.approx(50, abs=1e-6)  # a camera that is shifted shifts all that it sees
+    # a camera that is shifted shifts all that it sees
+    assert moved.median_mm == pytest.approx(50, abs=1e-6)
     assert moved.scaled(3.0)[0, 1] - moved.scaled(3.0)[0, 0] == pytest.approx([90, 120, 0], abs=1e-6)
 
 
@@ -200,7 +203,8 @@ def test_arrows_are_enlarged_until_they_are_seen(standing):
 @pytest.mark.parametrize("report", [{}, {"per_feature": "no"}, {"per_feature": [3]}, {"covariance": [1, 2]},
                                     {"per_feature": [{"residuals": [None] * 99}]}])
 def test_a_strangers_report_cannot_break_the_room(kept, report):
-    read = Calibration.from_json({**kept.to_json(), "report": report})  # where every imported or stored one is read
+    # where every imported or stored one is read
+    read = Calibration.from_json({**kept.to_json(), "report": report})
     told = SceneCamera.of(read.id, "North", read).to_json()
     assert told["points"] > 0 and told["sheet"]["carpet"]["why"]
 

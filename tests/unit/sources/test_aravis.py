@@ -95,7 +95,8 @@ def test_a_camera_that_goes_is_told_and_comes_back(gv):
     with pytest.raises(Unavailable) as off:
         source_from_url("aravis://127.0.0.1", SourceContext())
     assert off.value.reason == "camera-off"
-    assert time.monotonic() - start < 8  # alone 0.01 s; the library itself would take 15 s for its good-bye and to ask
+    # alone 0.01 s; the library itself would take 15 s for its good-bye and to ask
+    assert time.monotonic() - start < 8
     gv.start()
     with closing(opened("aravis://127.0.0.1")) as back:
         assert tuple(back.read().size) == (256, 256)

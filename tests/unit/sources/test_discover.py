@@ -104,7 +104,8 @@ def test_what_a_makers_library_prints_does_not_get_into_the_answer():
 
 def test_where_nothing_is_plugged_in_nothing_is_found():
     assert [one for one in discover_cameras(LONG_S)
-            if not one["address"].startswith("aravis:")] == []  # there may be real ones on this network
+            # there may be real ones on this network
+            if not one["address"].startswith("aravis:")] == []
 
 
 def test_a_serial_number_names_a_camera_only_if_it_is_its_own():

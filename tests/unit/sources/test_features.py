@@ -103,7 +103,8 @@ def test_everything_that_can_be_set_is_listed_as_the_camera_has_it(camera):
     assert (exposure.value, exposure.unit, exposure.range, exposure.automatic) == (5000, "µs", (20, 1e6), True)
     assert (has["gain"].unit, has["gain"].automatic, has["gain"].kind) == ("dB", False, "float")
     assert has["white_balance_red"].value == 1.8 and has["white_balance_blue"].value == 2.2
-    assert has["white_balance_red"].automatic is None  # it knows "once" only, and that is no mode to be in
+    # it knows "once" only, and that is no mode to be in
+    assert has["white_balance_red"].automatic is None
     assert (has["width"].kind, has["width"].value, has["width"].range) == ("int", 1280, (64, 1936))
     assert has["frame_rate"].unit == "Hz"
 
@@ -145,7 +146,8 @@ def test_a_size_between_the_cameras_steps_goes_to_the_nearest(camera):
 
 def test_the_nearest_step_is_never_beyond_the_largest_size():
     camera = nodes(number("Width", 1280, 64, 1930, kind="Integer", more="<Inc>16</Inc>"))
-    assert write_control(camera, "width", 1929).value == 64 + 116 * 16  # 1920; the next would be 1936
+    # 1920; the next would be 1936
+    assert write_control(camera, "width", 1929).value == 64 + 116 * 16
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -1, 1e9, 10**400, True, None, "5000", [5000], {},

@@ -24,7 +24,8 @@ def bytes_of(name: str) -> bytes:
         return bgr[..., 1].tobytes()
     if name.startswith("Bayer"):
         channel = {"B": 0, "G": 1, "R": 2}
-        first = name[5:7]  # the first row's colours; the second row has the third colour, diagonally to the first's
+        # the first row's colours; the second row has the third colour, diagonally to the first's
+        first = name[5:7]
         second = {"RG": "GB", "GR": "BG", "GB": "RG", "BG": "GR"}[first]
         mosaic = np.empty((HEIGHT, WIDTH), np.uint8)
         for row, pair in enumerate((first, second)):
@@ -63,7 +64,8 @@ def test_padding_after_each_row_and_bytes_after_the_picture_are_left_out(name):
     padded = np.hstack((rows, np.full((HEIGHT, 5), 255, np.uint8))).tobytes()
     plain = bgr_from_raw(bytes_of(name), WIDTH, HEIGHT, PIXEL_FORMATS[name].code)
     assert (bgr_from_raw(padded + b"chunk data", WIDTH, HEIGHT, PIXEL_FORMATS[name].code, 5) == plain).all()
-    assert (bgr_from_raw(padded[:-5], WIDTH, HEIGHT, PIXEL_FORMATS[name].code, 5) == plain).all()  # none after the last
+    # none after the last
+    assert (bgr_from_raw(padded[:-5], WIDTH, HEIGHT, PIXEL_FORMATS[name].code, 5) == plain).all()
 
 
 @pytest.mark.parametrize("name", PIXEL_FORMATS)

@@ -84,7 +84,8 @@ def opencv_pose(camera: SimCamera):
 def test_a_straight_camera_without_distortion_is_a_scale():
     camera = SimCamera.above(REGION, SIZE, LENSES["none"], height_mm=4000, focal_px=1000)
     np.testing.assert_allclose(camera.raw_from_field([[0, 0], [400, 0], [0, 400]]),
-                               [[639.5, 511.5], [739.5, 511.5], [639.5, 411.5]])  # y of the field goes up
+                               # y of the field goes up
+                               [[639.5, 511.5], [739.5, 511.5], [639.5, 411.5]])
 
 
 def test_a_region_stands_in_the_picture_as_it_is_turned():

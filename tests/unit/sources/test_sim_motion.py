@@ -53,7 +53,8 @@ def test_the_ball_rolls_straight_between_kicks_and_bounces_and_stays_inside(seed
     way = np.diff(path, axis=0)
     speed = np.linalg.norm(way, axis=1) / step_s
     assert speed.max() < 3001 and np.median(speed) > 300
-    turned = np.linalg.norm(np.diff(way, axis=0), axis=1) / step_s  # mm/s: how much the velocity changed
+    # mm/s: how much the velocity changed
+    turned = np.linalg.norm(np.diff(way, axis=0), axis=1) / step_s
     straight = turned < 20  # rolling costs 0.25 of 3000 mm/s a second: 15 in a step
     assert 0.93 < straight.mean() < 0.999
     along, across = way[:-1][straight], way[1:][straight]
@@ -75,7 +76,8 @@ def test_people_start_at_an_edge_and_walk_across_the_lines_without_a_jump(seed):
     assert (np.abs(np.abs(paths[0]) - (FIELD.length_mm / 2, FIELD.width_mm / 2)).min(axis=1) < 500).all()
     assert outside.max() < 200
     sides = np.sign(paths[..., 1])
-    assert (sides.min(axis=0) < sides.max(axis=0)).all()  # everybody crosses the middle within two minutes
+    # everybody crosses the middle within two minutes
+    assert (sides.min(axis=0) < sides.max(axis=0)).all()
 
 
 def test_people_who_are_asked_to_stand_stand():
@@ -106,7 +108,8 @@ def test_what_is_farther_from_the_camera_is_drawn_first():
     owners = list(dict.fromkeys(thing.owner for thing in things))
     centre = {thing.owner: thing.centre for thing in reversed(things)}
     away = [np.hypot(*centre[owner]) for owner in owners[1:]]
-    assert owners[0] == "ball" and (np.diff(away) < 250).all()  # a person's first part is beside the middle
+    # a person's first part is beside the middle
+    assert owners[0] == "ball" and (np.diff(away) < 250).all()
 
 
 @seeds
@@ -117,7 +120,8 @@ def test_hidden_is_what_looks_other_than_the_empty_field(seed):
     goals = truth_at(empty, 0.0).hidden
     looks_other = np.abs(shown.frame(20).astype(int) - empty.frame(20)).max(axis=2) > 25
     moved = truth.hidden & ~goals
-    assert moved.sum() > 500 and (looks_other & moved).sum() / moved.sum() > 0.8  # jeans look like floor here and there
+    # jeans look like floor here and there
+    assert moved.sum() > 500 and (looks_other & moved).sum() / moved.sum() > 0.8
     near = cv2.dilate(truth.hidden.astype(np.uint8), np.ones((5, 5))) > 0
     assert (looks_other & ~near).sum() < 0.05 * moved.sum()  # shadows
 

@@ -142,7 +142,8 @@ def test_a_ball_is_seen_at_its_own_height():
     ys, xs = np.mgrid[near[1] - 12:near[1] + 13, near[0] - 12:near[0] + 13]
     weight = np.maximum(picture[ys, xs, 2] - picture[ys, xs, 1] - 40, 0)
     seen = np.array([(weight * xs).sum(), (weight * ys).sum()]) / weight.sum()
-    assert np.linalg.norm(seen - shown.camera.raw_from_field([x, y, 21.5])) < 0.5  # the shine is off the middle
+    # the shine is off the middle
+    assert np.linalg.norm(seen - shown.camera.raw_from_field([x, y, 21.5])) < 0.5
     assert np.linalg.norm(seen - shown.camera.raw_from_field([x, y, 0])) > 1.5
 
 
@@ -191,4 +192,5 @@ def test_above_the_horizon_there_is_picture_all_the_same():
     shown = Rendering.of(camera, FIELD, FIELD.regions["full"], Motion(robots=8, people=3))
     assert np.isnan(camera.field_from_raw(np.array([160.0, 0.0]))).all()
     greener = shown.frame(0)[..., 1].astype(int) - shown.frame(0)[..., 2]
-    assert greener[:20].mean() < 10 and greener[-40:].mean() > 20  # the floor goes on for ever; the carpet is near
+    # the floor goes on for ever; the carpet is near
+    assert greener[:20].mean() < 10 and greener[-40:].mean() > 20

@@ -89,7 +89,8 @@ def test_another_resolution_shows_the_same_view_and_the_truth_with_it():
     same_time = sim(QUIET.replace("robots=0", "robots=6")).rendering.binned(2).frame_at(0, 0.0)
     by_hand = cv2.resize(full, (320, 240), interpolation=cv2.INTER_AREA)
     away = np.abs(same_time.astype(int) - by_hand)
-    assert np.median(away) <= 1 and np.quantile(away, 0.999) < 30  # robots are drawn anew, not shrunk
+    # robots are drawn anew, not shrunk
+    assert np.median(away) <= 1 and np.quantile(away, 0.999) < 30
     marks = np.array([line.sample(5)[2] for line in FIELDS["ssl-div-b"].lines.values()])
     camera = source.camera
     np.testing.assert_allclose(2 * camera.raw_from_field(marks) + 0.5, sim().camera.raw_from_field(marks), atol=1e-9)
@@ -181,7 +182,8 @@ def test_a_term_that_a_lens_does_not_have_is_refused_with_those_it_has():
 def test_the_light_flickers_and_drifts_as_asked():
     t = np.linspace(0, DRIFT_PERIOD_S, 100_001)
     assert np.ptp(Lamps(flicker=0.2).brightness(t, 0.0)) == pytest.approx(0.4, rel=5e-3)
-    assert np.ptp(Lamps(flicker=0.2, flicker_hz=100).brightness(t, 0.010)) < 1e-9  # one whole flicker
+    # one whole flicker
+    assert np.ptp(Lamps(flicker=0.2, flicker_hz=100).brightness(t, 0.010)) < 1e-9
     drift = Lamps(drift=0.3).brightness(t, 0.004)
     assert (drift.min(), drift.max()) == (pytest.approx(0.7), pytest.approx(1.3))
     assert (Lamps().brightness(t, 0.004) == 1).all()

@@ -256,7 +256,8 @@ def test_bombs_and_damaged_pictures_in_the_stream_do_not_end_it(camera, real_dat
     with contextlib.closing(source_from_url(camera.url, AROUND)) as source:
         seen = []
         while (frame := source.read()).size.width != 64:
-            with contextlib.suppress(BadImage):  # of one whose header is fine, whoever wants its pixels is refused them
+            # of one whose header is fine, whoever wants its pixels is refused them
+            with contextlib.suppress(BadImage):
                 seen.append(bar(frame))
         assert seen == [n % 20 for n in range(len(refused))]
         assert source.skipped >= sum(1 for data in refused if is_screened_out(data))

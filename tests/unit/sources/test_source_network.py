@@ -171,7 +171,8 @@ def test_a_name_server_that_is_silent_holds_nobody(monkeypatch):
     with pytest.raises(Unavailable) as refused:
         connect(Endpoint.of("http", "slow.test"), [], start + 0.3)
     answer.set()
-    assert refused.value.reason == "unknown-host" and time.monotonic() - start < 30  # it is silent for sixty
+    # it is silent for sixty
+    assert refused.value.reason == "unknown-host" and time.monotonic() - start < 30
 
 
 def test_a_neighbour_is_told_by_its_network_card(listener, tmp_path):

@@ -214,7 +214,8 @@ def test_a_real_server_is_read_and_its_size_followed(codec):
     with gst(codec) as camera, contextlib.closing(source_from_url(camera.url + "#open_s=25", AROUND)) as source:
         first = source.read()
         assert tuple(first.size) == (320, 240)
-        white, green = (first.pixels[120, x].astype(int) for x in (20, 160))  # of the television's colour bars
+        # of the television's colour bars
+        white, green = (first.pixels[120, x].astype(int) for x in (20, 160))
         assert white.min() > 170 and green[1] > 170 and green[[0, 2]].max() < 60
         for size in ((640, 480), (320, 240)):
             camera.resize(*size)

@@ -94,7 +94,8 @@ def test_cameras_plugged_in_in_any_order_are_never_mistaken(tmp_path, order, plu
     for i, identity in known.items():
         for j, other in found.items():
             if identity.differs_from(other) is None:
-                alike = {i, j} == {2, 3} and identity.port == other.port  # nothing at all tells them apart
+                # nothing at all tells them apart
+                alike = {i, j} == {2, 3} and identity.port == other.port
                 assert i == j or alike
     assert all(known[i].differs_from(found[i]) is None for i in (0, 1))
 
@@ -174,7 +175,8 @@ def test_a_setting_by_hand_ends_the_automatic_and_is_read_back_as_the_camera_too
     source = source_from_url("v4l2://0", AROUND)
     exposure = source.set_control("exposure", 5_000)
     assert (exposure.value, exposure.automatic) == (5_000, False)
-    assert source.set_control("exposure", 9_000_000).value == 204_700  # the most that this camera has
+    # the most that this camera has
+    assert source.set_control("exposure", 9_000_000).value == 204_700
     assert source.set_control("exposure", "auto").automatic is True
     assert source.set_control("white_balance", 5000).value == 5000
     assert source.set_control("gain", 300).value == 255

@@ -62,7 +62,8 @@ def test_a_source_waits_for_its_next_frame(name, around):
     with address_of(name, around.pictures, fps=10) as url:
         start = time.monotonic()
         with closing(source_from_url(url, around)) as slow:
-            for _ in range(5):  # from the opening on: a busy machine may be late for one and then in time for the next
+            # from the opening on: a busy machine may be late for one and then in time for the next
+            for _ in range(5):
                 slow.read()
             assert 0.3 < time.monotonic() - start < 20
 

@@ -50,7 +50,8 @@ def test_a_listener_projects_as_we_do(index, z_mm):
     model, made = model_of("ssl", index), interchange.export(example("ssl", index), "ssl-vision")
     (calib,) = listener.Packet.FromString(made.data).geometry.calib
     places = seen_places(model, z_mm)
-    np.testing.assert_allclose(listener.projected(calib, places), model.project(places), atol=2e-3)  # four-byte floats
+    # four-byte floats
+    np.testing.assert_allclose(listener.projected(calib, places), model.project(places), atol=2e-3)
     ours = interchange.read_file(made.data).camera({k: getattr(model, k) for k in interchange.RECTANGLE_FIELDS})
     np.testing.assert_allclose(listener.projected(calib, places), ours.project(places), atol=1e-6)
 

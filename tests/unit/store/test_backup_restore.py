@@ -247,7 +247,8 @@ def test_whoever_reads_or_saves_meanwhile_waits_and_goes_on(damaged, monkeypatch
         for one in users:
             one.join(LONG_S)
         assert not errors
-        since = [lens for was_swapping, lens in saved if was_swapping][1:]  # the first may have been saved just before
+        # the first may have been saved just before
+        since = [lens for was_swapping, lens in saved if was_swapping][1:]
         assert {lens["id"] for lens in store.lenses.list(limit=200).items} >= {*since}
         assert notes(store) == {"kept"}
 

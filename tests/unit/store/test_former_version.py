@@ -46,7 +46,8 @@ def test_everything_is_answered_as_the_version_before_answered_it(restored):
     if origin == "folder":
         finished = KNOWN["answers"]["/jobs"]["items"][0]
         now = client.get(f"{API}/jobs/{finished['id']}").json()
-        assert {**now, "ended_at": finished["ended_at"]} == finished  # its row was dated a moment before its answer
+        # its row was dated a moment before its answer
+        assert {**now, "ended_at": finished["ended_at"]} == finished
 
 
 def states_the_same(now, known):

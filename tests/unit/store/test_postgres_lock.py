@@ -54,7 +54,8 @@ def test_whoever_lost_the_database_meanwhile_saves_nothing_and_says_so(postgres,
             assert len(first.calibrations.list("north").items) == 2, "what is there can be read"
             assert second.calibrations.add(calibration("north", "3")).version == 3 and second.warnings == ()
         assert refused(lambda: first.calibrations.add(calibration("north", "lost"))) == "read-only"
-        with Store(tmp_path / "b", database=address) as second:  # it signed off, and the first one is no hindrance
+        # it signed off, and the first one is no hindrance
+        with Store(tmp_path / "b", database=address) as second:
             assert len(second.calibrations.list("north").items) == 3
     with Store(tmp_path / "a", database=address) as first:
         assert first.calibrations.add(calibration("north", "4")).version == 4
@@ -88,7 +89,8 @@ def test_a_folder_without_pictures_does_not_belong_to_a_database_that_knows_some
         store.snapshots.add(b"a picture", ImageSize(4, 4), "png")
     assert refused(lambda: Store(tmp_path / "b", database=address)) == "pictures-missing"
     (tmp_path / "b" / "pictures").mkdir()
-    with Store(tmp_path / "b", database=address) as store:  # its pictures are lost, and whoever says so goes on
+    # its pictures are lost, and whoever says so goes on
+    with Store(tmp_path / "b", database=address) as store:
         assert len(store.snapshots.list().items) == 1
 
 

@@ -73,7 +73,8 @@ def test_the_operators_fields_come_with_it(filled, tmp_path):
     (tmp_path / "fields").mkdir()
     text = (shipped("configs") / "fields" / "table.yaml").read_text().replace("name: table", "name: mine")
     (tmp_path / "fields" / "mine.yaml").write_text(text)
-    (tmp_path / "fields" / "unreadable.yaml").write_text("name: [")  # and is told there as it is here
+    # and is told there as it is here
+    (tmp_path / "fields" / "unreadable.yaml").write_text("name: [")
     path = zipped(filled, tmp_path, tmp_path / "fields")
     restore_into(path, tmp_path / "bare", None)
     assert (tmp_path / "bare" / "fields" / "mine.yaml").read_text() == text

@@ -18,7 +18,8 @@ def store(opener, tmp_path):
 def test_a_camera_is_kept_changed_and_removed_and_comes_back_after_a_restart(opener, store):
     added = store.cameras.add("north", BODY)
     store.cameras.add("a-south", {**BODY, "name": "South"})
-    assert [camera.name for camera in store.cameras.all()] == ["north", "a-south"]  # as they were added
+    # as they were added
+    assert [camera.name for camera in store.cameras.all()] == ["north", "a-south"]
     changed = store.cameras.save("north", {**BODY, "name": "North"}, added.etag)
     assert changed.etag != added.etag and changed.body["name"] == "North"
     store.close()

@@ -23,7 +23,8 @@ from touchline.store.tables import CalibrationRow, LensRow
 SIZE = ImageSize(640, 480)
 PAGE = 4096
 FILE = "touchline.db"
-MAX_TORN = int(os.environ.get("TOUCHLINE_TORN", "16"))  # images of a torn log; the figure is of many more
+# images of a torn log; the figure is of many more
+MAX_TORN = int(os.environ.get("TOUCHLINE_TORN", "16"))
 
 
 @pytest.fixture
@@ -41,10 +42,12 @@ def full(tmp_path_factory):
     with Store(folder) as store:
         fill(store, 5)
         known = look(store)
-        with closing(sqlite3.connect(folder / FILE)) as source:  # the state without a tidy end: a log beside it
+        # the state without a tidy end: a log beside it
+        with closing(sqlite3.connect(folder / FILE)) as source:
             source.execute("SELECT 1 FROM ledger").fetchone()
             copy = folder.parent / "copy"
-            shutil.copytree(folder, copy, ignore=shutil.ignore_patterns(".unfinished*"))  # a backup under way
+            # a backup under way
+            shutil.copytree(folder, copy, ignore=shutil.ignore_patterns(".unfinished*"))
     return copy, known
 
 
@@ -131,7 +134,8 @@ def outcome(folder, known, unlogged):
                                             "data-folder", "database-away", "not-saved"), told
         return "refused"
     for key in found.keys() & known.keys():
-        if key[0] == "calibration":  # never another content under the same id, whatever became of the active one
+        # never another content under the same id, whatever became of the active one
+        if key[0] == "calibration":
             assert found[key].activated(False) == known[key].activated(False)
     assert found, "an empty store in place of a full one"
     if not damaged:
@@ -141,7 +145,8 @@ def outcome(folder, known, unlogged):
 
 
 @pytest.mark.parametrize(("kind", "wanted"), [
-    *((kind, "sound restored") for kind in (  # as the log has the page again, or the newest backup more than the log
+    # as the log has the page again, or the newest backup more than the log
+    *((kind, "sound restored") for kind in (
         "zeros in page", "garbage in page", "a bit of byte", "header byte", "the log is gone", "the log is garbage",
         "the log is the database", "the log is cut", "a bit of the log's byte")),
     ("cut at page", "restored"), ("empty", "restored"), ("gone", "restored"), ("text", "restored")])
@@ -199,7 +204,8 @@ def test_the_restored_backup_is_named_and_what_is_newer_is_only_in_the_quarantin
         query = "SELECT rootpage FROM sqlite_master WHERE name = 'ix_calibrations_camera'"
         (page,) = source.execute(query).fetchone()
     data = bytearray((folder / FILE).read_bytes())
-    data[(page - 1) * PAGE:page * PAGE] = bytes(PAGE)  # an index: the check fails, and every row can still be read
+    # an index: the check fails, and every row can still be read
+    data[(page - 1) * PAGE:page * PAGE] = bytes(PAGE)
     (folder / FILE).write_bytes(data)
     with Store(folder) as store:
         (damage,) = store.damaged

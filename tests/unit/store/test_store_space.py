@@ -39,7 +39,8 @@ def test_the_oldest_picture_that_nothing_needs_makes_room_and_a_needed_one_never
         store.calibrations.delete(deleted.id)  # hidden, and still resting on its picture
         save_clicks(store, begun)
         store.lenses.add({"model": "ssl", "snapshots": [board]})
-        store.drafts.save(loose, {**EMPTY, "field": "f"}, store.drafts.get(loose).etag)  # nothing was clicked
+        # nothing was clicked
+        store.drafts.save(loose, {**EMPTY, "field": "f"}, store.drafts.get(loose).etag)
         new = store.snapshots.add(os.urandom(1800), SIZE, "png").id
         assert [s.id for s in store.snapshots.list().items] == [new, looser, board, begun, fitted]
         store.snapshots.add(os.urandom(1800), SIZE, "png")
@@ -184,7 +185,8 @@ def test_a_backup_made_while_others_save_is_whole_and_restores_to_a_state_that_w
     for copy in copies:
         with closing(sqlite3.connect(copy.path)) as connection:
             versions = [row[0] for row in connection.execute("SELECT version FROM calibrations ORDER BY sequence")]
-        assert versions == list(range(1, copy.changes + 1))  # each change was a save: a state between two of them
+        # each change was a save: a state between two of them
+        assert versions == list(range(1, copy.changes + 1))
 
 
 def test_a_backup_that_cannot_be_made_is_told_and_saving_goes_on(tmp_path, monkeypatch):

@@ -35,7 +35,8 @@ def test_exact_points_give_the_lens_back(name, terms):
     lens = lens_of(name, terms, centre=(8, -5))
     fit = fit_plumb_lines(lines_seen(lens, 0, noise_px=0), SIZE, name, centre_sigma_px=50)
     assert fit.after_px < 1e-3
-    np.testing.assert_allclose(fit.values, [*terms, *lens.centre_px], atol=0.2)  # the prior pulls the centre
+    # the prior pulls the centre
+    np.testing.assert_allclose(fit.values, [*terms, *lens.centre_px], atol=0.2)
     np.testing.assert_allclose(fit.values[:len(terms)], terms, atol=2e-4)
 
 
@@ -78,7 +79,8 @@ def test_the_derivatives_are_those_of_the_distances(name, terms):
     state = with_best_lines(state, chains)
 
     def residuals(moved):
-        for _ in range(4):  # the feet must follow: the distance is to the curve, not to a place on it
+        # the feet must follow: the distance is to the curve, not to a place on it
+        for _ in range(4):
             moved = replace(moved, feet=feet_below(moved, chains))
         return moved.linearise(chains).residuals
 
@@ -211,7 +213,8 @@ def test_a_bow_is_as_unsure_as_the_lenses_that_the_fit_allows_for_make_it():
     for bow in (verdict.most, verdict.longest):
         ends = chains[bow.index][[0, -1]]
         bows = [sag_px(replace(fit.lens, terms=(k,), centre_px=(x, y)), ends) for k, x, y in allowed]
-        assert bow.sigma_px == pytest.approx(np.std(bows), rel=0.12)  # 3.4 times what chance does to 400
+        # 3.4 times what chance does to 400
+        assert bow.sigma_px == pytest.approx(np.std(bows), rel=0.12)
 
 
 @FEW_OR_ALL
@@ -226,7 +229,8 @@ def test_thousands_of_points_do_not_make_a_bow_of_a_tenth_of_a_pixel_significant
     chains = lines_seen(lens, 1, lines=60, points=200)
     verdict = sag_verdict(fit_plumb_lines(chains, SIZE, "division"), chains)
     assert verdict.answer == "none"
-    assert verdict.most.px > 2 * verdict.most.sigma_px  # a bare test of significance would have cried out
+    # a bare test of significance would have cried out
+    assert verdict.most.px > 2 * verdict.most.sigma_px
 
 
 def test_a_bent_picture_has():

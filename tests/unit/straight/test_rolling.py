@@ -119,9 +119,11 @@ def test_a_kick_cuts_a_track_in_two_at_its_corner():
 
 def test_live_a_roll_is_told_soon_after_its_end_though_the_ball_is_still_followed():
     rolling, told = RollRecorder(live=True), []
-    path = [((60, 60), (580, 70), 40), ((580, 70), (560, 430), 30), ((560, 430), (60, 430), 40)]  # one track, two kicks
+    # one track, two kicks
+    path = [((60, 60), (580, 70), 40), ((580, 70), (560, 430), 30), ((560, 430), (60, 430), 40)]
     for number, (seconds, pixels) in enumerate(film(lens_of(-0.25), path, seed=8)):
-        told += [(number, roll) for roll in rolling.add(seconds, pixels, 2 * number)]  # every other frame was missed
+        # every other frame was missed
+        told += [(number, roll) for roll in rolling.add(seconds, pixels, 2 * number)]
     ends = [3 + 40, 3 + 70]
     assert [round(roll.to_s * FPS) for _, roll in told[:2]] == pytest.approx(ends, abs=3)
     assert all(number - roll.to_s * FPS < 20 for number, roll in told)
@@ -161,7 +163,8 @@ def test_the_lens_lies_within_two_sigma_of_what_rolls_tell_in_nineteen_of_twenty
         k = rng.uniform(-0.35, 0.15)
         told = analyse_rolls(*chords(rng, lens_of(k, size), int(rng.integers(2, 13))), size)
         off.append((told.border_pct - border_pct(k, size)) / told.border_sigma_pct)
-    assert np.mean(np.abs(off) < 2) >= 0.93 and np.sqrt(np.mean(np.square(off))) > 0.5  # nor far too humble
+    # nor far too humble
+    assert np.mean(np.abs(off) < 2) >= 0.93 and np.sqrt(np.mean(np.square(off))) > 0.5
 
 
 def test_a_roll_that_somebody_pushed_aside_counts_little_and_is_named():
@@ -178,7 +181,8 @@ def test_one_roll_that_carries_the_answer_alone_makes_it_unsure():
     rng, size = np.random.default_rng(4), ImageSize(1224, 1024)
     tracks, seconds = chords(rng, lens_of(0.0, size), 5)
     middle = np.array(size.centre)
-    tracks = [(p - p.mean(axis=0)) * 0.3 + middle for p in tracks]  # through the middle: they tell nothing
+    # through the middle: they tell nothing
+    tracks = [(p - p.mean(axis=0)) * 0.3 + middle for p in tracks]
     u = np.linspace(-1, 1, 40)[:, None]
     hand = np.array([300.0, 60.0]) + np.concatenate([60 * u, 8 * (1 - u**2)], axis=1)
     alone = analyse_rolls([*tracks, hand], [*seconds, 0.4], size)
@@ -268,7 +272,8 @@ def test_rolls_tell_the_lens_within_three_sigma_and_a_fit_that_holds_it_needs_fe
         model = model_from_json(calibration.model_name, calibration.model_parameters)
         return rms_mm(field_from_raw(model, raw), field)
     better = refine(made, kept)
-    assert 20 > off_mm(made) > 1.5 * off_mm(better)  # these four clicks a border tell the lens badly
+    # these four clicks a border tell the lens badly
+    assert 20 > off_mm(made) > 1.5 * off_mm(better)
     assert better.parent == made.id and "lens refined with" in better.note and better.options["lens_sigma"] == "own"
 
 

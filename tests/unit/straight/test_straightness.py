@@ -24,7 +24,8 @@ def test_the_facade_becomes_straight_to_a_fifth_of_a_pixel(shrink):
     assert report["straightness_px"]["after"] <= 0.20
     roof = max((line for line in report["lines"] if max(line["ends"][0][1], line["ends"][-1][1]) < 160 / shrink),
                key=lambda line: line["length_px"])
-    assert roof["used"] and roof["before_px"] > 8 / shrink and roof["after_px"] < 0.3  # the longest is used
+    # the longest is used
+    assert roof["used"] and roof["before_px"] > 8 / shrink and roof["after_px"] < 0.3
 
 
 @rounds("shrink", 2, 1)

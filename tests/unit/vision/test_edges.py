@@ -6,7 +6,9 @@ import pytest
 from touchline.vision.edges import edge_chains
 
 HEIGHT, WIDTH = 240, 320
-FINE = 8  # samples a pixel each way: a picture's pixel is the mean over its square, and the drawing exact to 1/16 px
+# samples a pixel each way: a picture's pixel is the mean over its square, and the drawing exact to
+# 1/16 px
+FINE = 8
 DRAWN_PX = 0.03  # what that costs the mean of a slanted edge
 
 
@@ -33,7 +35,8 @@ def test_a_straight_edge_is_found_to_a_few_hundredths_of_a_pixel(degrees):
 def test_a_slanted_edge_ripples_by_less_than_a_hundredth_of_a_pixel(degrees):
     normal = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
     chain, = edge_chains(picture(lambda x, y: normal[0] * (x - 160) + normal[1] * (y - 120) < 0.375))
-    assert np.std(chain @ normal) < 0.0105  # the gradient's own top: 0.013 at 30°; its logarithm's: 0.018 at 3°
+    # the gradient's own top: 0.013 at 30°; its logarithm's: 0.018 at 3°
+    assert np.std(chain @ normal) < 0.0105
 
 
 def test_a_bowed_edge_is_followed_along_its_bow():

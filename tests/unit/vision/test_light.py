@@ -68,7 +68,8 @@ def test_a_dark_corner_is_called_by_its_name_and_by_how_much():
     pixels = picture(f"{SMALL}&vignette=0&glare=0").astype(float)
     pixels[:120, 427:] *= 0.55
     said = texts(lighting.advice(measure_light(pixels.astype(np.uint8))))
-    assert "Top right" in said and "darker than the" in said and " 4" in said  # 45 %, with the lamps' own share
+    # 45 %, with the lamps' own share
+    assert "Top right" in said and "darker than the" in said and " 4" in said
     assert lighting.advice(measure_light(picture(f"{SMALL}&vignette=0&glare=0"))) == []
 
 
@@ -94,7 +95,8 @@ def test_what_is_burnt_out_beside_the_field_does_not_count():
     pixels[:, :40] = 255
     inside = np.array([[60, 20], [620, 20], [620, 340], [60, 340]])
     assert measure_light(pixels).clipped_high > 0.05 and measure_light(pixels, inside).clipped_high == 0
-    assert measure_light(pixels, np.zeros(pixels.shape[:2], bool)).clipped_high > 0.05  # a field out of sight
+    # a field out of sight
+    assert measure_light(pixels, np.zeros(pixels.shape[:2], bool)).clipped_high > 0.05
 
 
 def test_too_much_light_is_burnt_where_the_lamp_is_mirrored():

@@ -64,7 +64,8 @@ def test_a_line_that_crosses_nearby_moves_nothing():
 def test_of_two_lines_side_by_side_the_nearer_is_taken(apart_px):
     def pair(m, a):
         return [straight(m, a, 3), straight(m + apart_px * normal_of(a), a, 3)]
-    assert errors(pair, off_px=0.3 * apart_px).mean() < PX  # from either side: also from between the two
+    # from either side: also from between the two
+    assert errors(pair, off_px=0.3 * apart_px).mean() < PX
 
 
 def test_the_width_is_found():
@@ -150,7 +151,8 @@ def test_sigma_is_what_the_noise_really_does(pictures):
     rng = np.random.default_rng(2)
     answers = [snap(painted([straight(MIDDLE, 0.4, 3)], noise=8, rng=rng), MIDDLE + 2) for _ in range(pictures)]
     across = [(np.array(a.point) - MIDDLE) @ normal_of(0.4) for a in answers]
-    assert np.std(across) == pytest.approx(np.mean([a.sigma_px for a in answers]), rel=0.4)  # 20 tell it to 16 %
+    # 20 tell it to 16 %
+    assert np.std(across) == pytest.approx(np.mean([a.sigma_px for a in answers]), rel=0.4)
 
 
 def test_a_tiny_picture_is_no_trouble():

@@ -114,7 +114,8 @@ class AccessControl:
             return None
         cookie = _cookie(headers)
         is_wrong = bool(headers.get("authorization", "").partition(" ")[2] or cookie)
-        too_many = is_wrong and self.wrong.too_many(_address(scope))  # an open path, too, answers a right one otherwise
+        # an open path, too, answers a right one otherwise
+        too_many = is_wrong and self.wrong.too_many(_address(scope))
         if scope["path"] in OPEN and not too_many:
             return None
         answer = framework_problem(401, "This server requires an access token.", {"WWW-Authenticate": "Bearer"})
@@ -123,7 +124,8 @@ class AccessControl:
         elif "text/html" in headers.get("accept", ""):
             answer = RedirectResponse("/login", 303)
         if cookie:
-            answer.delete_cookie(COOKIE, httponly=True, samesite="strict")  # a page would send it again and again
+            # a page would send it again and again
+            answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
         return answer
 
 

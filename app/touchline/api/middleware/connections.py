@@ -21,7 +21,8 @@ from touchline.api.middleware.problems import problem
 
 RESERVE = 64  # beyond the limit, for this machine and for who has the token: until its head says so
 
-ABORT = "touchline.abort"  # where the state of a request's scope holds what drops its connection at once
+# where the state of a request's scope holds what drops its connection at once
+ABORT = "touchline.abort"
 RETRY = {"Retry-After": "5"}
 OVERLOADED = problem(503, "too-many-connections", "The server has too many connections.", "Try again in some seconds.",
                      {"Connection": "close", **RETRY})
@@ -161,7 +162,8 @@ class LimitedConnection(HttpToolsProtocol):
         self.open.work(self)
         if self.open.is_beyond(self) and not self.is_known(Headers(raw=list(self.scope["headers"]))):
             self.app = OVERLOADED
-        self.scope["state"][ABORT] = self.transport.abort  # for a stream whose viewer takes nothing any more
+        # for a stream whose viewer takes nothing any more
+        self.scope["state"][ABORT] = self.transport.abort
         super().on_headers_complete()
 
     def on_response_complete(self) -> None:
@@ -175,7 +177,8 @@ class LimitedConnection(HttpToolsProtocol):
         if self.app is OVERLOADED:
             return self._send(OVERLOADED)
         super().handle_websocket_upgrade()
-        socket: Any = self.transport.get_protocol()  # uvicorn's, which has the connection from now on
+        # uvicorn's, which has the connection from now on
+        socket: Any = self.transport.get_protocol()
         ended = socket.connection_lost
 
         def connection_lost(exc: Exception | None) -> None:

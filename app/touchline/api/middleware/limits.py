@@ -24,7 +24,8 @@ from touchline.api.middleware.problems import problem
 MB = 1_000_000
 ENVELOPE_BYTES = 64 * 1024  # what multipart adds to a file
 UPLOADS = ("multipart/", "application/octet-stream", "image/")
-LINGER_S = 2.0  # a client that is still sending would never read the refusal if the connection were cut at once
+# a client that is still sending would never read the refusal if the connection were cut at once
+LINGER_S = 2.0
 INLINE_SCRIPT = re.compile(r"<script(?![^>]*\bsrc=)[^>]*>(.*?)</script>", re.DOTALL | re.IGNORECASE)
 
 
@@ -53,7 +54,9 @@ class BodyLimits:
             await self.app(scope, body.receive, body.send)
         except Exception:
             if not body.refused:
-                raise  # otherwise the app only reports that its client has gone, and the client has been answered
+                # otherwise the app only reports that its client has gone, and the client has been
+                # answered
+                raise
 
 
 class _Body:
@@ -66,7 +69,8 @@ class _Body:
         self._send = send
         self._seconds = seconds
         self._is_upload = is_upload
-        self._deadline: float | None = None  # starts when the app first reads: until then it is the slow one
+        # starts when the app first reads: until then it is the slow one
+        self._deadline: float | None = None
         self._size = 0
         self._is_complete = False
         self._answered = False
@@ -159,7 +163,8 @@ class SecurityHeaders:
                 headers = MutableHeaders(scope=message)
                 for name, value in self.headers.items():
                     headers.setdefault(name, value)
-                if "location" in headers:  # the Host header, of which the framework makes it, is the caller's to choose
+                # the Host header, of which the framework makes it, is the caller's to choose
+                if "location" in headers:
                     headers["location"] = _relative(headers["location"])
             await send(message)
 

@@ -171,7 +171,8 @@ def _brief(services: Services, version: FoundVersion) -> bytes:
         calibration = version.calibration
         report = {**calibration.report, "per_feature": []}
         report.pop("model_choice", None)
-        if "covariance" in report:  # which parameters were found, lists do tell; an imported one may be anything
+        # which parameters were found, lists do tell; an imported one may be anything
+        if "covariance" in report:
             known = report["covariance"]
             names = known.get("names") if isinstance(known, Mapping) else None
             report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None

@@ -97,7 +97,8 @@ async def list_camera_statuses(services: ServicesDep) -> Json:
     fields: another revision whenever somebody has changed a field. restored: how many backups were restored since the
     server started: after each, what was read before may be gone.
     """
-    cameras = await asyncio.to_thread(services.cameras.all)  # never behind work that fills the services' threads
+    # never behind work that fills the services' threads
+    cameras = await asyncio.to_thread(services.cameras.all)
     return Json({"items": [{"id": camera.id, **services.live.status(camera.id)} for camera in cameras],
                  "fields": services.fields.revision, "restored": services.store.restored})
 

@@ -38,7 +38,8 @@ MeshMargin = Annotated[int | None, Query(
 Series = Annotated[Name | None, Query(
     description="any name, such as the window's: a newer request of one series takes the place of one that waits, "
     "which is answered with 409 `superseded`")]
-FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
+# as many fit in a millisecond or two: quicker done at once than handed to a thread
+FEW_POINTS = 100
 
 
 @router.get("/models", tags=["models"], response_model=Models)

@@ -29,7 +29,8 @@ DOCS_PAGE = f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><titl
 <link rel="stylesheet" href="/vendor/swagger-ui/swagger-ui.css"></head><body><div id="swagger-ui"></div>
 <script src="/vendor/swagger-ui/swagger-ui-bundle.js"></script><script>{START}</script></body></html>"""
 
-ELSEWHERE = {"cameras": "cameras", "publish": "network"}  # what can be changed while the server runs, and where
+# what can be changed while the server runs, and where
+ELSEWHERE = {"cameras": "cameras", "publish": "network"}
 SECRET = "set"  # shown in place of a secret
 
 

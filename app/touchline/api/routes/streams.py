@@ -135,7 +135,8 @@ async def stream_camera_mjpeg(services: ServicesDep, id: Id, view: ViewName = "r
     """Stream multipart MJPEG for <img>, VLC and OpenCV; a browser opens at most six such streams of one server."""
     camera = services.live.get(id)
     channel = _channel(camera, view, width, quality)
-    with camera.watching(channel, fps) as viewer:  # whether there is a picture is known before the stream begins
+    # whether there is a picture is known before the stream begins
+    with camera.watching(channel, fps) as viewer:
         await when_awake(camera, viewer.next)
     return MjpegResponse(camera, channel, fps)
 

@@ -41,9 +41,11 @@ IMAGE_MARGIN_PX = 2
 MIN_GAIN = 0.04  # less gained by a wider search is chance
 ENOUGH_SHARE = 0.85  # found near by: nothing is looked for further off
 MIN_SHARE = 0.5  # found: with less, nothing can be said of single markings
-MIN_SINGLE_SHARE = 0.7  # of a marking's length, in one course: it is this marking, further off, and no chance
+# of a marking's length, in one course: it is this marking, further off, and no chance
+MIN_SINGLE_SHARE = 0.7
 MIN_MARKING_POINTS, MIN_OBSERVED_POINTS = 3, 2
-SHORT_PLACES, MIN_SHORT_SHARE = 12, 0.5  # a line of fewer places is found only where so much of it is
+# a line of fewer places is found only where so much of it is
+SHORT_PLACES, MIN_SHORT_SHARE = 12, 0.5
 MIN_MOTION_POINTS = 12  # measures that tell how a picture has moved
 BORDER_MM = 50.0  # nearer to a border, a line is the border
 MAX_BARE_CONTRAST = 0.12  # of the paint's usual contrast: what varies less is carpet

@@ -27,7 +27,8 @@ from touchline.vision.ridges import with_bright_lines
 # The reference.
 MAX_PLACES, MIN_PLACES = 160, 12
 MIN_APART_PX, MIN_CLEAR_PX = 6.0, 7.0
-MAX_MODEL_ERROR = 0.007  # of the picture's width, 9 px of 1280: so far beside its place a line may be, but within
+# of the picture's width, 9 px of 1280: so far beside its place a line may be, but within
+MAX_MODEL_ERROR = 0.007
 MODEL_ERROR_PX = (3.0, 12.0)
 MIN_CONTRAST = 8.0  # grey levels
 REGION_GRID = (13, 9)  # places over the region, for how far it has moved
@@ -37,17 +38,23 @@ MIN_SEEN, MIN_SEEN_SHARE = 8, 0.25  # of its places, to measure a motion
 MAX_STEPS = 3
 STILL_PX = 0.15  # moved less, a look from the nominal places is as good as from the moved ones
 MIN_SOFTER_PX = 1.0  # σ: softer than that by a bump, not by the night's cold
-DARK_LEVEL, DARK_SHARE = 14.0, 0.35  # mean grey level about the lines, and of what it was: dark is below both
-OTHER_FOCUS_PX = (1.0, 2.0, 4.0, -1.0, -2.0)  # σ softer, tried where hardly anything looks as it did
-FEW = 2  # times what a measurement needs: with fewer places, another focus or a motion further off is tried
+# mean grey level about the lines, and of what it was: dark is below both
+DARK_LEVEL, DARK_SHARE = 14.0, 0.35
+# σ softer, tried where hardly anything looks as it did
+OTHER_FOCUS_PX = (1.0, 2.0, 4.0, -1.0, -2.0)
+# times what a measurement needs: with fewer places, another focus or a motion further off is tried
+FEW = 2
 MIN_TIMES_MORE = 1.5  # so many more places must be seen with it, to believe that
-MIN_OTHER_WAY = 0.5  # of the share that is seen of lines the other way: with less, they may have moved out of reach
+# of the share that is seen of lines the other way: with less, they may have moved out of reach
+MIN_OTHER_WAY = 0.5
 MIN_PLACES_ONE_WAY = 4  # that tell of lines one way
 
 # Lines that are covered, against lines that are gone.
-MAX_STILL_SHARE = 0.6  # of the places that are seen; by chance, an eighth of them would be where they were
+# of the places that are seen; by chance, an eighth of them would be where they were
+MAX_STILL_SHARE = 0.6
 THUMBNAIL_PX = 32
-MIN_LIKENESS = 0.6  # correlation of the whole picture, very small: the same scene, perhaps with people in the way
+# correlation of the whole picture, very small: the same scene, perhaps with people in the way
+MIN_LIKENESS = 0.6
 MAX_BARE_SHARE = 0.4  # of the places that show ground without a line
 
 # What is taken for a motion.
@@ -298,7 +305,8 @@ def _likeness(patches: LinePatches, picture: Pixels, reach: int) -> Array:
     half = (then.shape[1] - 1) // 2
     distances = np.arange(-reach - half, reach + half + 1).astype(float)
     now = brightness_across(picture, patches.places, patches.normals, distances)
-    windows = np.lib.stride_tricks.sliding_window_view(now, then.shape[1], axis=1)  # (n, 2 reach + 1, k)
+    # (n, 2 reach + 1, k)
+    windows = np.lib.stride_tricks.sliding_window_view(now, then.shape[1], axis=1)
     total = weight.sum(axis=1)
     mean = np.einsum("nsk,nk->ns", windows, weight) / total[:, None]
     then = (then - (then * weight).sum(axis=1, keepdims=True) / total[:, None])

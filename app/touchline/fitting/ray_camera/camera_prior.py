@@ -32,20 +32,23 @@ from touchline.models.lenses import Lens
 
 CENTRE_SHARE = 0.012  # σ of the principal point about the picture's middle, of the picture's width
 ASPECT_SIGMA = 0.002
-FOCAL_SHARE, FOCAL_SIGMA = 0.85, 0.6  # of the picture's width, and σ of the logarithm: 78° webcams to 16-mm lenses
+# of the picture's width, and σ of the logarithm: 78° webcams to 16-mm lenses
+FOCAL_SHARE, FOCAL_SIGMA = 0.85, 0.6
 HEIGHT_SIGMA = 0.45  # of the logarithm
 # by power of the radius, at the picture's corner: twice the rms of published calibrations, so that the strangest of
 # them is no stranger than 2 σ
 TERM_SIGMAS = {1: 2e-3, 2: 0.4, 4: 0.3, 6: 0.2, 8: 0.1}
 MAX_TANGENT = 1.2
 ABSURD_SIGMAS = 2.5
-MISPLACED_SIGMAS = 6.0  # of the field's own σ: 18 mm where it says 3, which no painter and no tape is off
+# of the field's own σ: 18 mm where it says 3, which no painter and no tape is off
+MISPLACED_SIGMAS = 6.0
 NAMED_LINES = 3
 
 CONTRADICTED_SIGMAS = 3.0
 CHECKED_SHARE = 0.1  # of the height: where so much would not be seen, it has not been checked
 
-CLICK_SHARE = 0.7 / 1280  # σ of a careless click, of the picture's width; real ones have 0.3 to 0.5 px of 1280
+# σ of a careless click, of the picture's width; real ones have 0.3 to 0.5 px of 1280
+CLICK_SHARE = 0.7 / 1280
 TOO_LARGE = 3.0  # of that, rms
 ANOTHER_LENS = 2.0  # times the rms of a lens of their own
 STRETCHED = 0.05  # σ of the aspect of a picture that was stretched

@@ -65,7 +65,8 @@ from touchline.models.ray_camera import BrownConrady, Division, Fisheye, RayCame
 
 FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field cameras have
 PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
-MOVED = 0.1  # of the logarithm of the focal length: k3's prior is then nearly twice as wide as it should be
+# of the logarithm of the focal length: k3's prior is then nearly twice as wide as it should be
+MOVED = 0.1
 USUAL_CORNER = 0.75  # of the picture, in focal lengths
 
 
@@ -209,7 +210,8 @@ class RayFitter(Fitter):
                                   line_incidences(observations, field, region), image_size, height)
         else:
             starts = [RayCameraParameters.of(cls.MODEL.from_parameters(start), problem.offsets_mm(lines))]
-        if settings["aspect_sigma"] == 0:  # what is not estimated must not stay as another camera had it
+        # what is not estimated must not stay as another camera had it
+        if settings["aspect_sigma"] == 0:
             starts = [state.with_square_pixels() for state in starts]
         if centre_sigma_px(settings, image_size) == 0:
             starts = [replace(state, centre_px=np.array(image_size.centre)) for state in starts]

@@ -28,7 +28,8 @@ from touchline.models.lenses import Lens
 from touchline.models.ray_camera import RayCamera
 
 MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every direction
-BENDS_ALIKE = 1.0  # and so much of the focal length's: lenses that bend alike lie on a curve, which is a line nearby
+# and so much of the focal length's: lenses that bend alike lie on a curve, which is a line nearby
+BENDS_ALIKE = 1.0
 
 FIXED_SIGMA = 1e-3  # of its σ, for a distortion that is to be fixed
 CENTRE = ("centre_x", "centre_y")

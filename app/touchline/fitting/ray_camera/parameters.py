@@ -107,7 +107,8 @@ class RayCameraParameters:
         by[:, 0, 1], by[:, 1, 1] = 0.0, plane[:, 1] * focal[0]
         by[:, :, 2:4] = np.eye(2)
         by[:, :, 4:n] = by_terms * focal[:, None]
-        by[:, :, n:n + 3] = by_ray @ cross_matrix(-rays)  # a turn ω before the rotation moves the ray by ω × ray
+        # a turn ω before the rotation moves the ray by ω × ray
+        by[:, :, n:n + 3] = by_ray @ cross_matrix(-rays)
         by[:, :, n + 3:] = -by_point
         return plane * focal + self.centre_px, by_point, by
 

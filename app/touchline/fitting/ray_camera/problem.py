@@ -36,9 +36,13 @@ TAIL = 4.0
 SPREAD = (TAIL + 1) / (TAIL - 1)  # the precision has gamma's distribution
 ROUNDS = 4
 
-FOOT_STEPS, NEAR_ENOUGH_MM = 12, 1.0  # for the first places: what remains of a last step is far less
-PARTS = ("across", "tilt", "centre_x", "centre_y")  # of a marking's offset, mm; "across" an arc is its radius
-TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
+# for the first places: what remains of a last step is far less
+FOOT_STEPS, NEAR_ENOUGH_MM = 12, 1.0
+# of a marking's offset, mm; "across" an arc is its radius
+PARTS = ("across", "tilt", "centre_x", "centre_y")
+# how far a line's end lies off by its tilt, of how far the line does as a whole: each end is
+# measured
+TILT_SHARE = 0.4
 
 
 def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, prior_sigmas_mm: Array,
@@ -59,16 +63,19 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
         information[np.ix_(others, others)], rcond=1e-12, hermitian=True) @ by_others.T
     schur = schur * np.outer(scale[lines], scale[lines]) - np.diag(prior_sigmas_mm**-2.0)
     values, vectors = np.linalg.eigh((schur + schur.T) / 2)
-    schur = (vectors * np.maximum(values, 0)) @ vectors.T  # rounding must not make information negative
+    # rounding must not make information negative
+    schur = (vectors * np.maximum(values, 0)) @ vectors.T
     pull = schur @ offsets_mm + offsets_mm / prior_sigmas_mm**2
-    usual_mm = usual_mm / np.sqrt(SPREAD)  # so that a line of which nothing is known has what the field says
+    # so that a line of which nothing is known has what the field says
+    usual_mm = usual_mm / np.sqrt(SPREAD)
     weights, sigma = np.ones(len(lines)), np.full(len(lines), usual_mm)
     for _ in range(ROUNDS):
         for one in np.unique(kind):
             sigma[kind == one] = _posterior_sigma(schur + np.diag(np.where(kind == one, 0.0, weights / sigma**2)), pull,
                                                   weights, kind == one, usual_mm)
         posterior = np.linalg.inv(schur + np.diag(weights / sigma**2))
-        second_moment = np.minimum((posterior @ pull) ** 2 + np.diag(posterior), MAX_OFFSET_MM**2)  # or it runs away
+        # or it runs away
+        second_moment = np.minimum((posterior @ pull) ** 2 + np.diag(posterior), MAX_OFFSET_MM**2)
         weights = (TAIL + 1) / (TAIL + second_moment / sigma**2)
     return sigma * np.sqrt(SPREAD / weights)
 
@@ -141,7 +148,8 @@ class ClickResiduals:
     tilt_of: Indices  # curves (c,): which offset tilts it, -1 none
     centre_of: Indices  # curves (c, 2): which offsets move an arc's centre along x and y, -1 none
     marks: Array  # (s, 3) field mm
-    offset_names: tuple[tuple[str, str], ...] = ()  # of a state's offsets: marking and part, see PARTS
+    # of a state's offsets: marking and part, see PARTS
+    offset_names: tuple[tuple[str, str], ...] = ()
     places: Array = member(default_factory=lambda: np.empty(0))  # along each curve: mm or radians
 
     @property

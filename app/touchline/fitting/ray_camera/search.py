@@ -18,19 +18,23 @@ from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.fitting.ray_camera.problem import CameraState, ClickResiduals, ScalarPrior, State, line_sigmas_mm
 
 CLICK_PX = 0.5  # prior of σ of a click
-FIRST_STEPS, MORE_STEPS, PROMISING = 1, 7, 3  # of every start, and of so many that were the best then
-MAX_STEPS = 300  # where height and focal length trade, the least cost lies at the end of a long bent valley
+# of every start, and of so many that were the best then
+FIRST_STEPS, MORE_STEPS, PROMISING = 1, 7, 3
+# where height and focal length trade, the least cost lies at the end of a long bent valley
+MAX_STEPS = 300
 PRIOR_CLICKS = 1  # how many clicks that prior weighs
 OUTLIER_SIGMAS = 4.5
 MIN_OUTLIER_PX = 1.5  # nothing nearer is an outlier
 CORE_MEDIANS = 4.0  # 2.7 σ: the first spread is taken from clicks within
 MAX_OUTLIER_SHARE = 0.3  # of all clicks
 NOISE_ROUNDS = 3
-NEARBY = 1e-7  # damping where the search begins near its end: less, and bent valleys cost steps in vain
+# damping where the search begins near its end: less, and bent valleys cost steps in vain
+NEARBY = 1e-7
 MIN_NEIGHBOURS = 40  # fewer, and their correlation is chance
 MAX_CORRELATION = 0.95
 MIN_HEIGHT_MM = 1.0
-SEARCHING, NEAR, THERE = 1e-2, 1e-4, 1e-7  # how near to its least the cost must be: for outliers, for σ, for the answer
+# how near to its least the cost must be: for outliers, for σ, for the answer
+SEARCHING, NEAR, THERE = 1e-2, 1e-4, 1e-7
 
 
 _Tried = tuple[Minimum[RayCameraParameters], Array]  # and the places along its curves
@@ -239,7 +243,8 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         spread = settings["click_sigma_px"] or _spread(weighted[trusted], task.unknowns)
         outliers = weighted > max(OUTLIER_SIGMAS * spread, MIN_OUTLIER_PX) if robust else ~inliers
         if outliers.sum() > MAX_OUTLIER_SHARE * outliers.size:
-            outliers = np.zeros_like(outliers)  # so many: the model is wrong, or the lines are mixed up
+            # so many: the model is wrong, or the lines are mixed up
+            outliers = np.zeros_like(outliers)
         if np.array_equal(~outliers, inliers) and number > 0:
             break
         inliers = ~outliers

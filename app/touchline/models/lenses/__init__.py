@@ -15,7 +15,8 @@ from touchline.core.geometry import Array
 
 class Lens(Protocol):
     TERMS: ClassVar[tuple[str, ...]]
-    POWERS: ClassVar[tuple[int, ...]]  # of the radius, that each term grows with: 2 for k1 of x (1 + k1 r²)
+    # of the radius, that each term grows with: 2 for k1 of x (1 + k1 r²)
+    POWERS: ClassVar[tuple[int, ...]]
 
     @classmethod
     def power(cls, name: str) -> int:

@@ -38,7 +38,8 @@ class SslLens(PowerTerms):
         a = terms[0]
         with np.errstate(all="ignore"):
             rr = np.sum(plane * plane, axis=-1)
-            gain = np.where(1 + 3 * a * rr > 0, 1 + a * rr, np.nan)  # beyond, the undistorted radius would shrink
+            # beyond, the undistorted radius would shrink
+            gain = np.where(1 + 3 * a * rr > 0, 1 + a * rr, np.nan)
             xy = plane * gain[..., None]
         return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), homogeneous(xy), np.nan)
 

@@ -39,7 +39,8 @@ from touchline.sources.industrial.camera import (
 from touchline.sources.industrial.features import NodeMap
 
 PORT = 3956
-ASK = struct.pack(">BBHHH", 0x42, 0x01, 0x0002, 0, 1)  # key, answer wanted, discovery, no payload, number
+# key, answer wanted, discovery, no payload, number
+ASK = struct.pack(">BBHHH", 0x42, 0x01, 0x0002, 0, 1)
 ANSWER = struct.pack(">H", 0x0003)
 WAITS_S = (0.3, 0.6)  # asked twice, since UDP may lose one
 

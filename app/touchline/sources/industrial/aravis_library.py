@@ -56,11 +56,13 @@ SIGNATURES: dict[tuple[Any, tuple[Any, ...], bool], str] = {
     (c_int, (pointer, c_char_p), False): "device_get_feature_access_mode",
 }
 CALLS = {name: signature for signature, names in SIGNATURES.items() for name in names.split()}
-NEWER = {"buffer_get_image_padding", "device_get_feature_access_mode"}  # not in every 0.8; call() then answers None
+# not in every 0.8; call() then answers None
+NEWER = {"buffer_get_image_padding", "device_get_feature_access_mode"}
 KINDS = {"choice": "enumeration", "bool": "boolean", "command": "command", "float": "float", "int": "integer"}
 READ_ONLY = 0  # of Aravis' access modes; it calls some "write only" that can be read very well
 
-SETTERS: dict[str, tuple[str, Callable[..., object]]] = {  # by kind: type in the function's name, and its conversion
+# by kind: type in the function's name, and its conversion
+SETTERS: dict[str, tuple[str, Callable[..., object]]] = {
     "choice": ("string", lambda value: str(value).encode()), "bool": ("boolean", bool), "int": ("integer", int),
     "float": ("float", float)}
 

@@ -62,7 +62,8 @@ def _from_422(code: int, luma: int) -> Callable[[Any], Any]:
     narrow[0, :, 1 - luma] = np.rint(128 + (full - 128) * 224 / 255)
 
     def bgr(raw: Any) -> Any:
-        even = np.ascontiguousarray(raw[:, :raw.shape[1] // 2 * 2])  # an odd last column has only half a colour
+        # an odd last column has only half a colour
+        even = np.ascontiguousarray(raw[:, :raw.shape[1] // 2 * 2])
         return cv2.cvtColor(cv2.LUT(even, narrow), code)
     return bgr
 
@@ -250,7 +251,8 @@ def set_up(nodes: NodeMap, options: Mapping[str, Any]) -> None:
     for trigger in selector.choices if selector else ("",):
         if trigger:
             nodes.set("TriggerSelector", trigger)
-        _set_if(nodes, "TriggerMode", "Off")  # else a camera that another program left waiting sends nothing, ever
+        # else a camera that another program left waiting sends nothing, ever
+        _set_if(nodes, "TriggerMode", "Off")
     _set_pixel_format(nodes, options["pixel_format"])
     if options["fps"] is not None:
         try:

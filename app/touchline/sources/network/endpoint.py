@@ -37,8 +37,10 @@ HASHES = {"md5": md5, "sha-256": sha256}
 PORTS = {"rtsp": 554, "http": 80, "https": 443}
 NAME = re.compile(r"(?=.{1,253}\.?$)([a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.)*[a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.?",
                   re.IGNORECASE)
-NUMBER = re.compile(r"0x[0-9a-f]*|[0-9]+", re.IGNORECASE)  # the last label of 127.1, 0x7f.1, 2130706433
-METADATA = frozenset(map(ipaddress.ip_address, (  # clouds' services that hand out keys; most others are link-local
+# the last label of 127.1, 0x7f.1, 2130706433
+NUMBER = re.compile(r"0x[0-9a-f]*|[0-9]+", re.IGNORECASE)
+# clouds' services that hand out keys; most others are link-local
+METADATA = frozenset(map(ipaddress.ip_address, (
     "169.254.169.254", "100.100.100.200", "168.63.129.16", "192.0.0.192", "fd00:ec2::254", "fd20:ce::254")))
 THIS_NETWORK = ipaddress.ip_network("0.0.0.0/8")
 NAT64, V4_COMPATIBLE = ipaddress.ip_network("64:ff9b::/96"), ipaddress.ip_network("::/96")
@@ -152,7 +154,9 @@ class Endpoint:
         """Parse everything between :// and #; BadInput for what leaves any doubt about the host."""
         wrong = BadInput(NOT_VALID, say("address.network-form", FORM, scheme=scheme), reason="bad-source")
         if "\\" in target or any(c.isspace() for c in target.partition("/")[0]):
-            raise wrong  # some programs take a backslash for a slash: then they and we would mean different hosts
+            # some programs take a backslash for a slash: then they and we would mean different
+            # hosts
+            raise wrong
         try:
             parts = urlsplit(f"{scheme}://{target}")
             port = PORTS[scheme] if parts.port is None else parts.port

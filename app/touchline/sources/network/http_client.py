@@ -96,7 +96,8 @@ class HttpConnection:
                     return self._answer
             except Unavailable:
                 self.close()
-                if fresh or not used or time.monotonic() > deadline:  # the server may have closed it meanwhile
+                # the server may have closed it meanwhile
+                if fresh or not used or time.monotonic() > deadline:
                     raise
         raise AssertionError
 

@@ -59,7 +59,8 @@ class RtspRelay:
         self.url = self._ours + endpoint.resource
         self._ffmpeg: socket.socket | None = None
         self._from_camera, self._from_ffmpeg = bytearray(), bytearray()
-        self._pending: dict[int, tuple[str, str, bytes, int]] = {}  # by our number: method, URI, rest, FFmpeg's number
+        # by our number: method, URI, rest, FFmpeg's number
+        self._pending: dict[int, tuple[str, str, bytes, int]] = {}
         self._number = 0
         self._playing = False
         self._closing = False
@@ -187,7 +188,8 @@ class RtspRelay:
         """Forward a reply, or act on one that is not for FFmpeg."""
         status = re.match(r"RTSP/1\.\d (\d{3})", head)
         found = re.search(r"(?mi)^CSeq:\s*(\d+)", head)
-        if status is None:  # a request of the camera's own; a camera that asks whether we live gets a yes
+        # a request of the camera's own; a camera that asks whether we live gets a yes
+        if status is None:
             if found:
                 self._camera.sendall(f"RTSP/1.0 200 OK\r\nCSeq: {found[1]}\r\n\r\n".encode())
             return

@@ -193,7 +193,8 @@ def _walk(region: Region, seed: int, person: int) -> tuple[NDArray, NDArray, flo
     side, along = int(rng.integers(4)), float(rng.uniform(0.15, 0.85))
     stops = [(side, along)]
     for i in range(_WAYPOINTS):
-        side = side if i % 3 == 2 else int((side + rng.integers(1, 4)) % 4)  # now and then along an edge
+        # now and then along an edge
+        side = side if i % 3 == 2 else int((side + rng.integers(1, 4)) % 4)
         stops.append((side, float(rng.uniform(0.05, 0.95))))
     corners = np.stack([region.field_from_region(_at_edge(region, *stop)) for stop in [*stops, stops[0]]])
     ends = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])

@@ -231,7 +231,8 @@ LENSES: dict[str, Lens] = {
     "mild": BrownConrady(k1=-0.06, k2=0.005),
     "half": BrownConrady(k1=-0.14, k2=0.045),  # half of strong, as in the method's table
     "strong": BrownConrady(k1=-0.28, k2=0.09),
-    "crooked": BrownConrady(k1=-0.20, k2=0.05, p1=0.003, p2=-0.002, k3=-0.004),  # the glass sits askew
+    # the glass sits askew
+    "crooked": BrownConrady(k1=-0.20, k2=0.05, p1=0.003, p2=-0.002, k3=-0.004),
     "pincushion": BrownConrady(k1=0.10, k2=0.02),
     "brown-conrady": BrownConrady(k1=-0.28, k2=0.09),  # strong, by the name of its model
     "division": Division(-0.25),
@@ -287,7 +288,8 @@ class SimCamera:
 
     def _focal_to_fit(self, region: Region, fill: float) -> float:
         edge = np.concatenate([region.border(name).sample(65) for name in BORDERS])
-        reach = np.abs(self.raw_from_field(edge)).max(axis=0)  # NaN where the lens cannot see a border
+        # NaN where the lens cannot see a border
+        reach = np.abs(self.raw_from_field(edge)).max(axis=0)
         focal = fill * np.array(self.image_size.centre) / np.maximum(reach, 1e-9)
         if not np.isfinite(focal).all():
             raise BadInput(say("sim.area-not-covered", "The simulated camera does not cover the whole area."),

@@ -123,7 +123,8 @@ def draw(picture: NDArray, scene: Scene, solids: Iterable[Solid], scale: float =
             continue
         patch = scene.cut(window)
         changed.append((window, picture[window].copy()))
-        planes = picture[window].transpose(2, 0, 1).astype(np.float32)  # channel by channel is twice as fast
+        # channel by channel is twice as fast
+        planes = picture[window].transpose(2, 0, 1).astype(np.float32)
         darker = shadow(patch, solid)
         if darker is not None:
             planes *= darker
@@ -224,7 +225,8 @@ class Canvas:
                                                    0.0 if grain is None else 1.0, 0), np.int16)
             elif grain is not None:
                 strip = np.asarray(cv2.add(strip, grain), np.int16)
-            _, lit = cv2.threshold(strip, 0, 0, cv2.THRESH_TOZERO)  # no grain makes it darker than black
+            # no grain makes it darker than black
+            _, lit = cv2.threshold(strip, 0, 0, cv2.THRESH_TOZERO)
             cv2.convertScaleAbs(lit, frame[top:top + _ROWS], 1 / STEPS)  # rounds, saturates at 255
         return frame
 

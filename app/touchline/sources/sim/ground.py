@@ -55,7 +55,8 @@ class Ground:
     def of(cls, camera: SimCamera) -> Self:
         w, h = camera.image_size
         rows = []
-        for top in range(0, h, 128):  # in strips: the rays of a whole picture do not fit a processor's cache
+        # in strips: the rays of a whole picture do not fit a processor's cache
+        for top in range(0, h, 128):
             y, x = np.mgrid[top:min(top + 128, h), 0:w]
             rows.append(camera.field_from_raw(np.stack([x, y], axis=-1).astype(np.float64)))
         return cls(camera, np.concatenate(rows))
@@ -225,7 +226,8 @@ def lighting(ground: Ground, light: Light, field: Field) -> Plane:
     off = ((x - cx) ** 2 + (y - cy) ** 2) / (cx * cx + cy * cy)
     shade = light.gain / (1 + light.vignette * off) ** 2
     place = np.nan_to_num(ground.field_mm, nan=1e6).astype(np.float32)
-    for at_x, at_y in ((-0.30, 0.22), (0.26, 0.30), (0.08, -0.34)):  # of the field's length and width: three lamps
+    # of the field's length and width: three lamps
+    for at_x, at_y in ((-0.30, 0.22), (0.26, 0.30), (0.08, -0.34)):
         near = ((place[..., 0] / field.length_mm - at_x) ** 2 + (place[..., 1] / field.width_mm - at_y) ** 2) / 0.12
         shade *= 1 + light.unevenness * (np.exp(-near) - 0.4)
     return shade

@@ -30,7 +30,8 @@ NEUTRAL_K = 5000.0
 AUTO_LEVEL = 110.0  # mean grey level that an automatic exposure aims at
 MIN_EXPOSURE_US, MAX_GAIN_DB, RATES_HZ, KELVINS = 20.0, 24.0, (0.1, 240.0), (2500.0, 10_000.0)
 NUMBERS = {"exposure": "exposure_us", "gain": "gain_db", "white_balance": "white_balance_k", "knock": "knock_px",
-           "softer": "softer_px", "frame_rate": "frame_rate"}  # controls that are numbers, and their attributes
+           # controls that are numbers, and their attributes
+           "softer": "softer_px", "frame_rate": "frame_rate"}
 KNOCKS_PX, SOFTER_PX = (-200.0, 200.0), (0.0, 5.0)
 
 # The league's numbering of cameras over a shared field.
@@ -101,7 +102,8 @@ class Settings:
             setattr(self, NUMBERS[name], float(value))
             if name == "exposure":
                 self.auto_exposure = False
-            self.exposure_us = min(self.exposure_us, 1e6 / self.frame_rate)  # no exposure is longer than a frame
+            # no exposure is longer than a frame
+            self.exposure_us = min(self.exposure_us, 1e6 / self.frame_rate)
         return self._control(name)
 
     def _control(self, name: str) -> Control:
