@@ -43,7 +43,7 @@ def main() -> int:
     started_s = time.time()
     asked, words = arguments().parse_known_args()
     capabilities = list(takewhile(CAPABILITIES.__contains__, words))
-    runs = Runs(words[len(capabilities):])
+    runs = Runs(words[len(capabilities) :])
     if capabilities:
         return runs.both(ALL if asked.all else MERGE, [*files_of(*capabilities), STRUCTURE])
     if asked.merge or asked.all:
@@ -54,8 +54,12 @@ def main() -> int:
 
 
 def arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m tests", allow_abbrev=False, description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        prog="python -m tests",
+        allow_abbrev=False,
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     tier = parser.add_mutually_exclusive_group()
     tier.add_argument("--merge", action="store_true")
     tier.add_argument("--all", action="store_true")
@@ -71,12 +75,17 @@ class Runs:
         self.words = words
         self.chromium = find_chromium() or install_from_packages() or install_with_playwright()
         if self.chromium is None:
-            say("There is no Chromium, and none could be installed. Install one, such as: apt-get install chromium. Or "
-                "set TOUCHLINE_CHROMIUM to the path of a Chromium or Chrome. The tests without a browser run now.")
+            say(
+                "There is no Chromium, and none could be installed. Install one, such as: apt-get install chromium. Or "
+                "set TOUCHLINE_CHROMIUM to the path of a Chromium or Chrome. The tests without a browser run now."
+            )
         else:
             say(f"Browser for the tests of the page: {self.chromium}{version_of(self.chromium)}")
-        self.environment = {**ONE_THREAD, **os.environ,
-                            **({"TOUCHLINE_CHROMIUM": self.chromium} if self.chromium else {})}
+        self.environment = {
+            **ONE_THREAD,
+            **os.environ,
+            **({"TOUCHLINE_CHROMIUM": self.chromium} if self.chromium else {}),
+        }
         # Workers, and the servers that they start, read compiled modules: a third of the time to start.
         self.environment.pop("PYTHONDONTWRITEBYTECODE", None)
         compileall.compile_dir(ROOT / "app", quiet=1, workers=0)
@@ -87,16 +96,26 @@ class Runs:
             return self.both(DEFAULT)
         say("1 of 2: everything without a browser, and meanwhile the page in a real one")
         with TemporaryFile() as told:
-            with subprocess.Popen(self.command(("e2e", *DEFAULT), ["-n", "1"], [BROWSER]), cwd=ROOT,
-                                  env=self.environment, stdout=told, stderr=subprocess.STDOUT) as page:
+            with subprocess.Popen(
+                self.command(("e2e", *DEFAULT), ["-n", "1"], [BROWSER]),
+                cwd=ROOT,
+                env=self.environment,
+                stdout=told,
+                stderr=subprocess.STDOUT,
+            ) as page:
                 first = self.pytest(("not e2e", *DEFAULT), self.at_once(), ["--ignore", BROWSER])
             say("2 of 2: the page in a real browser")
             told.seek(0)
             print(told.read().decode(errors="replace"), flush=True)
         return first or page.returncode
 
-    def both(self, tier: Sequence[str], files: Sequence[str] = (), measured: bool = False,
-             until_s: Sequence[float] = ()) -> int:
+    def both(
+        self,
+        tier: Sequence[str],
+        files: Sequence[str] = (),
+        measured: bool = False,
+        until_s: Sequence[float] = (),
+    ) -> int:
         """Exit code of one tier, of these files or of those that pytest's arguments name, else of all.
 
         measured: whether the seconds are written. until_s: when the one run and the other start no further test.
@@ -108,20 +127,30 @@ class Runs:
         first = 0
         if others or not files:
             where = others or ([] if named else ["--ignore", BROWSER])
-            first = self.pytest(("not e2e", *tier), self.at_once(spare=1), where, measured, until_s[:1])
+            first = self.pytest(
+                ("not e2e", *tier), self.at_once(spare=1), where, measured, until_s[:1]
+            )
         if self.chromium is None:
             return first or 1
         say("2 of 2: the page in a real browser")
         if pages or not files:
             where = pages or ([] if named else [BROWSER])
-            return self.pytest(("e2e", *tier), self.at_once(), where, measured, until_s[1:]) or first
+            return (
+                self.pytest(("e2e", *tier), self.at_once(), where, measured, until_s[1:]) or first
+            )
         return first
 
     def rest(self, end_s: float) -> int:
         """Exit code of as much of the merge tier as a change asks for and the time allows."""
         commit = os.environ.get("TOUCHLINE_CHANGED_SINCE", "")
-        changed = subprocess.run(["git", "diff", "--name-only", commit, "--"], cwd=ROOT, capture_output=True, text=True)
-        files = files_touched(changed.stdout.splitlines()) if commit and changed.returncode == 0 else None
+        changed = subprocess.run(
+            ["git", "diff", "--name-only", commit, "--"], cwd=ROOT, capture_output=True, text=True
+        )
+        files = (
+            files_touched(changed.stdout.splitlines())
+            if commit and changed.returncode == 0
+            else None
+        )
         left_s = end_s - time.time()
         if files == []:
             say("The default tests cover what has changed.")
@@ -142,11 +171,28 @@ class Runs:
             return []
         return ["-n", str(min(4, (os.cpu_count() or 1) + spare)), "--dist", "worksteal"]
 
-    def command(self, marks: Sequence[str], workers: Sequence[str], files: Sequence[str]) -> list[str]:
-        return [sys.executable, "-m", "pytest", "-m", " and ".join(marks), *workers, *self.words, *files]
+    def command(
+        self, marks: Sequence[str], workers: Sequence[str], files: Sequence[str]
+    ) -> list[str]:
+        return [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-m",
+            " and ".join(marks),
+            *workers,
+            *self.words,
+            *files,
+        ]
 
-    def pytest(self, marks: Sequence[str], workers: Sequence[str], files: Sequence[str], measured: bool = False,
-               until_s: Sequence[float] = ()) -> int:
+    def pytest(
+        self,
+        marks: Sequence[str],
+        workers: Sequence[str],
+        files: Sequence[str],
+        measured: bool = False,
+        until_s: Sequence[float] = (),
+    ) -> int:
         """One run; a run with nothing to do has passed."""
         plugin = ["-p", "tests.support.seconds"] if measured else []
         until = {"TOUCHLINE_TESTS_UNTIL": str(until_s[0])} if until_s else {}
@@ -172,7 +218,10 @@ def install_from_packages() -> str | None:
     if not shutil.which("apt-get"):
         return None
     prefix = [] if os.geteuid() == 0 else ["sudo", "-n"]
-    if prefix and (not shutil.which("sudo") or subprocess.run(["sudo", "-n", "true"], capture_output=True).returncode):
+    if prefix and (
+        not shutil.which("sudo")
+        or subprocess.run(["sudo", "-n", "true"], capture_output=True).returncode
+    ):
         say("No Chromium here, and no right to install one from the distribution's packages.")
         return None
     say("No Chromium here: installing the distribution's (apt-get install chromium).")
@@ -191,10 +240,19 @@ def install_from_packages() -> str | None:
 
 def install_with_playwright() -> str | None:
     """Playwright's own Chromium, with the system libraries it needs where we may install them."""
-    may_install = os.geteuid() == 0 or (shutil.which("sudo") is not None and
-                                        subprocess.run(["sudo", "-n", "true"], capture_output=True).returncode == 0)
+    may_install = os.geteuid() == 0 or (
+        shutil.which("sudo") is not None
+        and subprocess.run(["sudo", "-n", "true"], capture_output=True).returncode == 0
+    )
     say("Downloading Playwright's Chromium (playwright install chromium).")
-    command = [sys.executable, "-m", "playwright", "install", *(["--with-deps"] if may_install else []), "chromium"]
+    command = [
+        sys.executable,
+        "-m",
+        "playwright",
+        "install",
+        *(["--with-deps"] if may_install else []),
+        "chromium",
+    ]
     if subprocess.run(command).returncode:
         say(f"That did not work: {' '.join(command)}")
         return None
@@ -203,8 +261,10 @@ def install_with_playwright() -> str | None:
 
 def playwrights() -> str | None:
     """The Chromium that Playwright has installed earlier, if it has."""
-    ask = ("from playwright.sync_api import sync_playwright\n"
-           "with sync_playwright() as p: print(p.chromium.executable_path)")
+    ask = (
+        "from playwright.sync_api import sync_playwright\n"
+        "with sync_playwright() as p: print(p.chromium.executable_path)"
+    )
     answer = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True)
     path = answer.stdout.strip()
     return path if answer.returncode == 0 and os.path.exists(path) and works(path) else None

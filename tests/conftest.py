@@ -69,11 +69,13 @@ def nothing_is_left(request, there_before):
 @pytest.fixture(scope="session")
 def real_data():
     """Look up a real file beside the project; tests that need one that is not there are skipped by its name."""
+
     def find(name: str) -> Path:
         path = DATA / name
         if not path.exists():
             pytest.skip(f"real data is not beside the project: {name}")
         return path
+
     return find
 
 
@@ -102,7 +104,9 @@ def postgres():
     if programs() is None:
         if os.environ.get("TOUCHLINE_TESTS") == "all":
             pytest.fail("PostgreSQL is not installed: apt-get install postgresql")
-        pytest.skip("PostgreSQL is not installed (apt-get install postgresql): the store was not tried on it")
+        pytest.skip(
+            "PostgreSQL is not installed (apt-get install postgresql): the store was not tried on it"
+        )
     server = PostgresServer()
     yield server
     server.remove()
@@ -122,4 +126,6 @@ def memory_path(tmp_path_factory):
 @pytest.fixture(params=["sqlite", "postgresql"])
 def opener(request):
     """Opens stores, on SQLite and on PostgreSQL: opener(folder), and opener.again(store) after closing it."""
-    return StoreOpener(request.getfixturevalue("postgres") if request.param == "postgresql" else None)
+    return StoreOpener(
+        request.getfixturevalue("postgres") if request.param == "postgresql" else None
+    )

@@ -17,8 +17,10 @@ def __getattr__(name: str) -> Any:
     """Return what scripts import; loaded when it is first asked for, since every command imports this package."""
     if name == "Client":
         from touchline.client.client import Client
+
         return Client
     if name == "TouchlineError":
         from touchline.core.errors import TouchlineError
+
         return TouchlineError
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

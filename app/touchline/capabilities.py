@@ -60,87 +60,162 @@ CAPABILITIES: Mapping[str, Capability] = {
         routes=(f"{ROUTES}.server_state:router",),
         commands={
             "serve": ("touchline.cli.server:serve", "Serve the dashboard and REST."),
-            "demo": ("touchline.cli.server:demo",
-                     "Serve a simulated field camera behind a real lens model, ready to calibrate."),
-            "call": ("touchline.cli.call:call",
-                     "Make calls of the REST interface, in this process or to a running server."),
+            "demo": (
+                "touchline.cli.server:demo",
+                "Serve a simulated field camera behind a real lens model, ready to calibrate.",
+            ),
+            "call": (
+                "touchline.cli.call:call",
+                "Make calls of the REST interface, in this process or to a running server.",
+            ),
             "archive": ("touchline.cli.server:archive", "Write all saved data to one zip file."),
-            "restore": ("touchline.cli.server:restore",
-                        "Restore an archive to an empty folder and an empty database."),
-            "restore-backup": ("touchline.cli.server:restore_backup",
-                               "Restore the newest backup without damage. The current database moves to quarantine.")}),
-    "cameras": Capability(routes=(f"{ROUTES}.cameras:router", f"{ROUTES}.streams:router",
-                                  f"{ROUTES}.cameras:events_router")),
+            "restore": (
+                "touchline.cli.server:restore",
+                "Restore an archive to an empty folder and an empty database.",
+            ),
+            "restore-backup": (
+                "touchline.cli.server:restore_backup",
+                "Restore the newest backup without damage. The current database moves to quarantine.",
+            ),
+        },
+    ),
+    "cameras": Capability(
+        routes=(
+            f"{ROUTES}.cameras:router",
+            f"{ROUTES}.streams:router",
+            f"{ROUTES}.cameras:events_router",
+        )
+    ),
     "snapshots": Capability(routes=(f"{ROUTES}.snapshots:router",)),
     "fields": Capability(routes=("touchline.fields.routes:router",)),
     "automatic": Capability(
         routes=("touchline.automatic.routes:router",),
         jobs={"automatic.detect": "touchline.automatic.recognition:run_auto"},
         savers={"found-lines": "touchline.automatic.service:save_found_lines"},
-        commands={"auto": ("touchline.automatic.commands:auto",
-                           "Detect the field lines in an image and calibrate from them, if all checks pass.")}),
+        commands={
+            "auto": (
+                "touchline.automatic.commands:auto",
+                "Detect the field lines in an image and calibrate from them, if all checks pass.",
+            )
+        },
+    ),
     "drift": Capability(
         routes=("touchline.drift.routes:router",),
-        jobs={"drift.check": "touchline.drift.check:run_check",
-              "drift.reregister": "touchline.drift.reregister:run_register"},
+        jobs={
+            "drift.check": "touchline.drift.check:run_check",
+            "drift.reregister": "touchline.drift.reregister:run_register",
+        },
         savers={"registered": "touchline.drift.service:save_registered"},
         camera_parts=("touchline.drift.live:DriftPart",),
         claims=("touchline.drift.service:line_claims",),
-        commands={"check": ("touchline.drift.commands:check",
-                            "Compare the field lines with a calibration. Exit code 5 if it is below --enough.")}),
+        commands={
+            "check": (
+                "touchline.drift.commands:check",
+                "Compare the field lines with a calibration. Exit code 5 if it is below --enough.",
+            )
+        },
+    ),
     "calibration": Capability(
-        routes=(f"{ROUTES}.fit:router", f"{ROUTES}.calibrations:router", f"{ROUTES}.judging:router",
-                f"{ROUTES}.judging:claims_router", f"{ROUTES}.using:router"),
-        jobs={"calibration.fit": f"{CALIBRATION}:run_fit", "calibration.compare": f"{CALIBRATION}:run_compare",
-              "calibration.preview": f"{CALIBRATION}:run_preview", "calibration.attempt": f"{CALIBRATION}:run_attempt",
-              "calibration.refit": "touchline.workflows.calibration_request:run_refit"},
+        routes=(
+            f"{ROUTES}.fit:router",
+            f"{ROUTES}.calibrations:router",
+            f"{ROUTES}.judging:router",
+            f"{ROUTES}.judging:claims_router",
+            f"{ROUTES}.using:router",
+        ),
+        jobs={
+            "calibration.fit": f"{CALIBRATION}:run_fit",
+            "calibration.compare": f"{CALIBRATION}:run_compare",
+            "calibration.preview": f"{CALIBRATION}:run_preview",
+            "calibration.attempt": f"{CALIBRATION}:run_attempt",
+            "calibration.refit": "touchline.workflows.calibration_request:run_refit",
+        },
         savers={"calibration": f"{SAVERS}:calibration", "calibrations": f"{SAVERS}:calibrations"},
         claims=("touchline.services.claims:own_claims",),
         commands={
-            "calibrate": ("touchline.cli.calibration:calibrate", "Calibrate one image from points."),
+            "calibrate": (
+                "touchline.cli.calibration:calibrate",
+                "Calibrate one image from points.",
+            ),
             "correct": ("touchline.cli.calibration:correct", "Correct one image."),
-            "transform": ("touchline.cli.calibration:transform", "Convert pixels to field millimetres, or back."),
-            "export": ("touchline.cli.calibration:export", "Write a calibration in the format of another program."),
-            "import": ("touchline.cli.calibration:import_file", "Read a file of another program.")}),
+            "transform": (
+                "touchline.cli.calibration:transform",
+                "Convert pixels to field millimetres, or back.",
+            ),
+            "export": (
+                "touchline.cli.calibration:export",
+                "Write a calibration in the format of another program.",
+            ),
+            "import": ("touchline.cli.calibration:import_file", "Read a file of another program."),
+        },
+    ),
     "jobs": Capability(routes=(f"{ROUTES}.jobs:router",)),
     "lenses": Capability(routes=(f"{ROUTES}.lenses:router",)),
     "boards": Capability(
         routes=("touchline.boards.routes:router", "touchline.boards.routes:live"),
-        jobs={"board.pictures": "touchline.boards.request:run_pictures",
-              "board.views": "touchline.boards.request:run_views"},
+        jobs={
+            "board.pictures": "touchline.boards.request:run_pictures",
+            "board.views": "touchline.boards.request:run_views",
+        },
         savers={"lens": "touchline.boards.service:save_lens"},
         camera_parts=("touchline.boards.live:BoardPart",),
-        commands={"board": ("touchline.boards.commands:board",
-                            "Calibrate a lens from images of a board, for calibrate --lens.")}),
+        commands={
+            "board": (
+                "touchline.boards.commands:board",
+                "Calibrate a lens from images of a board, for calibrate --lens.",
+            )
+        },
+    ),
     "straight": Capability(
         routes=("touchline.straight.routes:router", "touchline.straight.routes:rolls"),
-        jobs={"straight.measure": "touchline.straight.straightness:run_straightness",
-              "straight.rolls": "touchline.straight.rolling:run_motion"},
+        jobs={
+            "straight.measure": "touchline.straight.straightness:run_straightness",
+            "straight.rolls": "touchline.straight.rolling:run_motion",
+        },
         savers={"motion": "touchline.straight.service:save_motion"},
         camera_parts=("touchline.straight.live:RollPart",),
-        saved_rows={"rolls": "touchline.straight.service:read_roll"}),
+        saved_rows={"rolls": "touchline.straight.service:read_roll"},
+    ),
     "rigs": Capability(
         routes=("touchline.rigs.routes:router", "touchline.rigs.routes:pairs"),
-        jobs={"rig.check": "touchline.rigs.check:run_check", "rig.pair": "touchline.rigs.check:run_pair"},
+        jobs={
+            "rig.check": "touchline.rigs.check:run_check",
+            "rig.pair": "touchline.rigs.check:run_pair",
+        },
         savers={"rig-check": "touchline.rigs.service:save_check"},
         claims=("touchline.rigs.service:neighbour_claims",),
-        site_claims=("touchline.rigs.service:site_claims",)),
+        site_claims=("touchline.rigs.service:site_claims",),
+    ),
     "league": Capability(
         routes=("touchline.league.routes:router", "touchline.league.routes:packets"),
         claims=("touchline.league.service:packet_claims",),
         site_claims=("touchline.league.service:site_claims",),
-        running=("touchline.league.service:PublishingService",)),
+        running=("touchline.league.service:PublishingService",),
+    ),
     "report": Capability(
         routes=("touchline.report.routes:router",),
-        commands={"report": ("touchline.report.commands:report",
-                             "Show or write the report of one calibration. Exit code 0 if it is good enough.")}),
+        commands={
+            "report": (
+                "touchline.report.commands:report",
+                "Show or write the report of one calibration. Exit code 0 if it is good enough.",
+            )
+        },
+    ),
     "detection": Capability(
-        routes=tuple(f"touchline.detection.routes:{name}" for name in ("router", "colours", "clips", "tracks")),
+        routes=tuple(
+            f"touchline.detection.routes:{name}"
+            for name in ("router", "colours", "clips", "tracks")
+        ),
         camera_parts=("touchline.detection.live:DetectionPart",),
-        camera_feeds={"touchline.detection.live:DetectionPart": "touchline.detection.service:DetectionFeed"},
-        saved_rows={"presets": "touchline.detection.store:read_preset"}),
-    "scene": Capability(routes=("touchline.scene.routes:router",),
-                        page_routes=("touchline.scene.routes:viser_proxy",)),
+        camera_feeds={
+            "touchline.detection.live:DetectionPart": "touchline.detection.service:DetectionFeed"
+        },
+        saved_rows={"presets": "touchline.detection.store:read_preset"},
+    ),
+    "scene": Capability(
+        routes=("touchline.scene.routes:router",),
+        page_routes=("touchline.scene.routes:viser_proxy",),
+    ),
 }
 
 
@@ -151,6 +226,7 @@ def capabilities() -> Mapping[str, Capability]:
     A package that has none, or that takes a name which another one has, is left out and logged.
     """
     from importlib.metadata import entry_points
+
     found = dict(CAPABILITIES)
     for point in entry_points(group=GROUP):
         if (capability := _installed(point, found)) is not None:
@@ -170,7 +246,9 @@ def savers() -> dict[str, str]:
 
 def commands() -> dict[str, tuple[str, str]]:
     """Return every command by its name: where it is, and the first line of its help."""
-    return {name: command for one in capabilities().values() for name, command in one.commands.items()}
+    return {
+        name: command for one in capabilities().values() for name, command in one.commands.items()
+    }
 
 
 def camera_parts() -> tuple[str, ...]:
@@ -181,13 +259,19 @@ def camera_parts() -> tuple[str, ...]:
 def camera_feeds() -> dict[int, Any]:
     """Return every feed of a camera, imported, by its part's place in camera_parts(); see loaded()."""
     places = {part: place for place, part in enumerate(camera_parts())}
-    return {places[part]: feed for name, one in capabilities().items() for part, target in one.camera_feeds.items()
-            if part in places and (feed := _loaded(name, target)) is not None}
+    return {
+        places[part]: feed
+        for name, one in capabilities().items()
+        for part, target in one.camera_feeds.items()
+        if part in places and (feed := _loaded(name, target)) is not None
+    }
 
 
 def saved_rows() -> dict[str, str]:
     """Return what reads the rows of a table, by the table; our own alone: no package beside says what is damaged."""
-    return {table: target for one in CAPABILITIES.values() for table, target in one.saved_rows.items()}
+    return {
+        table: target for one in CAPABILITIES.values() for table, target in one.saved_rows.items()
+    }
 
 
 def find_command(name: str) -> str | None:
@@ -235,9 +319,15 @@ def _installed(point: "EntryPoint", found: Mapping[str, Capability]) -> Capabili
         if not isinstance(made, Capability):
             raise TypeError(f"it is no {Capability.__name__}")
     except Exception as error:  # another's code
-        log.error("The package of %r was not loaded: %s: %s", point.name, type(error).__name__, error)
+        log.error(
+            "The package of %r was not loaded: %s: %s", point.name, type(error).__name__, error
+        )
         return None
-    taken = [name for name in (point.name, *made.jobs, *made.savers, *made.commands) if name in _names(found)]
+    taken = [
+        name
+        for name in (point.name, *made.jobs, *made.savers, *made.commands)
+        if name in _names(found)
+    ]
     if taken:
         log.error("The package of %r was not loaded: the name %r is taken.", point.name, taken[0])
         return None
@@ -245,4 +335,7 @@ def _installed(point: "EntryPoint", found: Mapping[str, Capability]) -> Capabili
 
 
 def _names(found: Mapping[str, Capability]) -> set[str]:
-    return {*found, *(name for one in found.values() for name in (*one.jobs, *one.savers, *one.commands))}
+    return {
+        *found,
+        *(name for one in found.values() for name in (*one.jobs, *one.savers, *one.commands)),
+    }

@@ -42,22 +42,39 @@ def create_app(settings: Settings, *, serves: bool = True) -> FastAPI:
     serves: False where it answers a script's calls and ends: cameras sleep until they are asked for, nothing is sent to
     the league's network or heard from it, and jobs of the server before wait for the next one.
     """
-    engine = JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
-                       kept=settings.jobs.kept, functions=jobs())  # refused before anything is held
+    engine = JobEngine(
+        settings.jobs.workers,
+        engine=settings.jobs.engine,
+        wall_s=settings.jobs.time_limit_s,
+        kept=settings.jobs.kept,
+        functions=jobs(),
+    )  # refused before anything is held
     fits = FitProcesses(settings.jobs.time_limit_s, FITS)
     # A comparison of all models takes some seconds, for which no preview is to wait.
     comparisons = FitProcesses(settings.jobs.time_limit_s, FITS, processes=1, at_once=False)
-    services = Services(settings, open_store(settings), engine, fits, comparisons, image_limits(settings), serves)
-    engine.result_savers.update({name: partial(call, target, services) for name, target in savers().items()})
+    services = Services(
+        settings, open_store(settings), engine, fits, comparisons, image_limits(settings), serves
+    )
+    engine.result_savers.update(
+        {name: partial(call, target, services) for name, target in savers().items()}
+    )
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
         async with services.running():
             yield
 
-    app = DescribedApi(title="Touchline", version=__version__, description=ABOUT, openapi_url=f"{API}/openapi.json",
-                       docs_url=None, redoc_url=None, lifespan=lifespan, generate_unique_id_function=operation_id,
-                       telemetry={"tracing": False, "metrics": False, "logs": False})
+    app = DescribedApi(
+        title="Touchline",
+        version=__version__,
+        description=ABOUT,
+        openapi_url=f"{API}/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=lifespan,
+        generate_unique_id_function=operation_id,
+        telemetry={"tracing": False, "metrics": False, "logs": False},
+    )
     app.state.services = services
     problems.install(app)
     api = APIRouter(prefix=API, responses=PROBLEMS)
@@ -70,8 +87,12 @@ def create_app(settings: Settings, *, serves: bool = True) -> FastAPI:
 
 def image_limits(settings: Settings) -> ImageLimits:
     images = settings.images
-    return ImageLimits(max_bytes=int(images.max_file_mb * MB), max_pixels=int(images.max_megapixels * 1e6),
-                       max_side_px=images.max_side_px, wall_s=images.decode_timeout_s)
+    return ImageLimits(
+        max_bytes=int(images.max_file_mb * MB),
+        max_pixels=int(images.max_megapixels * 1e6),
+        max_side_px=images.max_side_px,
+        wall_s=images.decode_timeout_s,
+    )
 
 
 def _add_page(app: FastAPI, settings: Settings) -> None:
@@ -86,16 +107,23 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
     hosts = () if token else (*LOOPBACK, settings.server.host, *settings.server.allowed_hosts)
     # The last one added is the outermost.
     app.add_middleware(PageFiles, folder=static)
-    app.add_middleware(BodyLimits, text_bytes=int(settings.server.max_json_mb * MB),
-                       upload_bytes=image_limits(settings).max_bytes, text_s=settings.server.request_timeout_s,
-                       upload_s=settings.server.upload_timeout_s)
+    app.add_middleware(
+        BodyLimits,
+        text_bytes=int(settings.server.max_json_mb * MB),
+        upload_bytes=image_limits(settings).max_bytes,
+        text_s=settings.server.request_timeout_s,
+        upload_s=settings.server.upload_timeout_s,
+    )
     app.add_middleware(AccessControl, token=token, hosts=hosts)
-    app.add_middleware(limits.SecurityHeaders, scripts=[h for page in pages for h in limits.inline_hashes(page)])
+    app.add_middleware(
+        limits.SecurityHeaders, scripts=[h for page in pages for h in limits.inline_hashes(page)]
+    )
     app.add_middleware(problems.UnexpectedErrors)
 
 
 def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False) -> None:
     """Serve until SIGTERM or Ctrl-C; print the address on stdout once the server answers."""
+
     def say(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
@@ -109,13 +137,25 @@ def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False)
     url = server.url_of(listener)
 
     def announce() -> None:
-        print(f"Touchline {__version__} is running at {url}\nData folder: {data}. Stop with Ctrl-C.", flush=True)
+        print(
+            f"Touchline {__version__} is running at {url}\nData folder: {data}. Stop with Ctrl-C.",
+            flush=True,
+        )
         if open_page:
             Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
     token = settings.token.get_secret_value() if settings.token else None
-    connection = limited_connections(head_s=settings.server.request_timeout_s, most=settings.server.max_connections,
-                                     per_address=settings.server.max_connections_per_address,
-                                     is_known=lambda headers: has_token(headers, token))
-    server.run(create_app(settings), listener, settings, connection, announce,
-               log_level="info" if verbose else "warning")
+    connection = limited_connections(
+        head_s=settings.server.request_timeout_s,
+        most=settings.server.max_connections,
+        per_address=settings.server.max_connections_per_address,
+        is_known=lambda headers: has_token(headers, token),
+    )
+    server.run(
+        create_app(settings),
+        listener,
+        settings,
+        connection,
+        announce,
+        log_level="info" if verbose else "warning",
+    )

@@ -66,7 +66,11 @@ class SourceSettings(_Section):
     @classmethod
     def _without_removed(cls, given: Any) -> Any:
         """Ignore what earlier versions had: their settings files still start a server."""
-        return {k: v for k, v in given.items() if k != "producers"} if isinstance(given, Mapping) else given
+        return (
+            {k: v for k, v in given.items() if k != "producers"}
+            if isinstance(given, Mapping)
+            else given
+        )
 
 
 class StorageSettings(_Section):
@@ -115,13 +119,26 @@ class PublishSettings:
     def __post_init__(self) -> None:
         _ = self.address  # which checks its parts
         if not MIN_INTERVAL_S <= self.interval_s <= MAX_INTERVAL_S:
-            raise BadInput(say("publishing.bad-interval", "{interval_s:g} s is not a valid interval.",
-                               interval_s=self.interval_s),
-                           say("publishing.interval-range", "Give {least_s:g} to {most_s:g} seconds.",
-                               least_s=MIN_INTERVAL_S, most_s=MAX_INTERVAL_S), reason="bad-interval")
+            raise BadInput(
+                say(
+                    "publishing.bad-interval",
+                    "{interval_s:g} s is not a valid interval.",
+                    interval_s=self.interval_s,
+                ),
+                say(
+                    "publishing.interval-range",
+                    "Give {least_s:g} to {most_s:g} seconds.",
+                    least_s=MIN_INTERVAL_S,
+                    most_s=MAX_INTERVAL_S,
+                ),
+                reason="bad-interval",
+            )
         if not 0 <= self.limit_mm < inf:
-            raise BadInput(say("publishing.bad-limit", "The limit is not a valid length."),
-                           say("publishing.limit-range", "Give millimetres, 0 or more."), reason="bad-limit")
+            raise BadInput(
+                say("publishing.bad-limit", "The limit is not a valid length."),
+                say("publishing.limit-range", "Give millimetres, 0 or more."),
+                reason="bad-limit",
+            )
 
     @property
     def address(self) -> MulticastAddress:
@@ -134,7 +151,9 @@ class PublishSettings:
 class Settings(BaseSettings):
     """All settings, frozen: what create_app() and the commands work from."""
 
-    model_config = SettingsConfigDict(env_prefix="TOUCHLINE_", env_nested_delimiter="__", extra="forbid", frozen=True)
+    model_config = SettingsConfigDict(
+        env_prefix="TOUCHLINE_", env_nested_delimiter="__", extra="forbid", frozen=True
+    )
 
     data: Path = Path("data")
     database: SecretStr | None = None
@@ -172,16 +191,23 @@ def read_yaml(path: Path) -> dict[str, Any]:
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise NotFound(f"The settings file {path} cannot be read: {error.strerror}.",
-                       "Use --config with the path of a settings file.", reason="no-settings-file") from None
+        raise NotFound(
+            f"The settings file {path} cannot be read: {error.strerror}.",
+            "Use --config with the path of a settings file.",
+            reason="no-settings-file",
+        ) from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         place = getattr(error, "problem_mark", None)
         where = f" in line {place.line + 1}" if place else ""
-        raise BadInput(f"The settings file {path} is not valid YAML{where}.", FORM, reason="bad-settings") from None
+        raise BadInput(
+            f"The settings file {path} is not valid YAML{where}.", FORM, reason="bad-settings"
+        ) from None
     if content is None:
         return {}
     if not isinstance(content, dict):
-        raise BadInput(f"The settings file {path} contains no settings.", FORM, reason="bad-settings")
+        raise BadInput(
+            f"The settings file {path} contains no settings.", FORM, reason="bad-settings"
+        )
     return {str(name): value for name, value in content.items()}
 
 
@@ -190,16 +216,25 @@ def unknown_variables(names: Iterable[str]) -> list[str]:
 
     They are no errors: for a service called touchline, Kubernetes sets TOUCHLINE_PORT in every container.
     """
-    sections = {section: field.annotation.model_fields for section, field in Settings.model_fields.items()
-                if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)}
+    sections = {
+        section: field.annotation.model_fields
+        for section, field in Settings.model_fields.items()
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
+    }
     warnings = []
     for name in sorted(names):
         head, _, rest = name.upper().partition("_")
         first = rest.partition("__")[0].lower()
         if head != "TOUCHLINE" or not rest or first == "config" or first in Settings.model_fields:
             continue
-        meant = [f"TOUCHLINE_{section}__{first}".upper() for section, fields in sections.items() if first in fields]
-        fix = f"Use {meant[0]}." if len(meant) == 1 else "configs/touchline.yaml lists all settings."
+        meant = [
+            f"TOUCHLINE_{section}__{first}".upper()
+            for section, fields in sections.items()
+            if first in fields
+        ]
+        fix = (
+            f"Use {meant[0]}." if len(meant) == 1 else "configs/touchline.yaml lists all settings."
+        )
         warnings.append(f"{name} is not a setting and has no effect. {fix}")
     return warnings
 
@@ -209,14 +244,21 @@ def load_settings(config: Path | None = None, **given: Any) -> Settings:
 
     config: defaults to TOUCHLINE_CONFIG, then to the shipped touchline.yaml.
     """
-    chosen = config or Path(os.environ.get("TOUCHLINE_CONFIG") or shipped("configs") / "touchline.yaml")
+    chosen = config or Path(
+        os.environ.get("TOUCHLINE_CONFIG") or shipped("configs") / "touchline.yaml"
+    )
     content = read_yaml(chosen)
 
     class FromFile(Settings):
         @classmethod
-        def settings_customise_sources(cls, settings_cls: type[BaseSettings], init_settings: Source,
-                                       env_settings: Source, dotenv_settings: Source,
-                                       file_secret_settings: Source) -> tuple[Source, ...]:
+        def settings_customise_sources(
+            cls,
+            settings_cls: type[BaseSettings],
+            init_settings: Source,
+            env_settings: Source,
+            dotenv_settings: Source,
+            file_secret_settings: Source,
+        ) -> tuple[Source, ...]:
             # Merged section by section, the first wins: one port in the environment leaves the file's host as it is.
             file = InitSettingsSource(settings_cls, {})
             file.init_kwargs = content  # given to it, a name in capitals would be known
@@ -229,7 +271,12 @@ def load_settings(config: Path | None = None, **given: Any) -> Settings:
             where, what = "publish", f"{error.what} {error.fix}"
         else:
             first = error.errors(include_url=False)[0]
-            where, what = ".".join(str(part) for part in first["loc"]) or "the settings", f"{first['msg']}."
-        raise BadInput(f"Settings: {where}: {what[0].lower()}{what[1:]}",
-                       f"Correct it in {chosen}, in TOUCHLINE_… or on the command line.",
-                       reason="bad-settings") from None
+            where, what = (
+                ".".join(str(part) for part in first["loc"]) or "the settings",
+                f"{first['msg']}.",
+            )
+        raise BadInput(
+            f"Settings: {where}: {what[0].lower()}{what[1:]}",
+            f"Correct it in {chosen}, in TOUCHLINE_… or on the command line.",
+            reason="bad-settings",
+        ) from None

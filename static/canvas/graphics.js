@@ -18,7 +18,8 @@ export const CHOICES = [
   ["browser", t("canvas.graphics.choice.browser")],
   ["server", t("canvas.graphics.choice.server")],
 ];
-const toChoice = (/** @type {string | null} */ kept) => CHOICES.find(([id]) => id === kept)?.[0] ?? "auto";
+const toChoice = (/** @type {string | null} */ kept) =>
+  CHOICES.find(([id]) => id === kept)?.[0] ?? "auto";
 
 /** What the operator wants. */
 export const choice = signal(toChoice(localStorage.getItem(KEPT)));
@@ -76,9 +77,13 @@ const why = computed(() => {
   if (isTooLarge.value) return t("canvas.graphics.server.too-large");
   if (hasFailed.value) return t("canvas.graphics.server.failed");
   if (choice.value === "browser") return "";
-  if (SOFTWARE.test(renderer.value)) return t("canvas.graphics.server.software", { renderer: renderer.value });
+  if (SOFTWARE.test(renderer.value))
+    return t("canvas.graphics.server.software", { renderer: renderer.value });
   if (frameMs.value !== null && frameMs.value > SLOW_MS)
-    return t("canvas.graphics.server.slow", { frame: number(frameMs.value, 0), renderer: renderer.value });
+    return t("canvas.graphics.server.slow", {
+      frame: number(frameMs.value, 0),
+      renderer: renderer.value,
+    });
   return "";
 });
 /** Whether this browser is to do it. */

@@ -16,7 +16,12 @@ import { listen } from "./tools/pointer.js";
 import { fit, mainViewport, placed, stageSize, view } from "./viewport.js";
 import { selectNext } from "../features/calibrate/editing.js";
 import { snapMessage } from "../features/calibrate/snapping.js";
-import { fieldUnderPointer, paneUnder, pointedAt, visiblePicture } from "../features/compare/comparison.js";
+import {
+  fieldUnderPointer,
+  paneUnder,
+  pointedAt,
+  visiblePicture,
+} from "../features/compare/comparison.js";
 import { shownMap as heatMap, valueAt } from "../features/compare/heat.js";
 
 /** @param {string} id */
@@ -54,7 +59,9 @@ export function Stage({ Legends }) {
       onPointerMoveCapture=${inPane}
       onPointerDownCapture=${inPane}
     >
-      ${shown && html`
+      ${
+        shown &&
+        html`
         <div class="half" style=${rawClip.value}>
           <img
             class="picture"
@@ -71,19 +78,26 @@ export function Stage({ Legends }) {
           ${comparing.value ? html`<${OnRaw} />` : html`<${Overlay} />`}
           <${Hovered} />
         </div>
-        ${(comparing.value || editing.value) && html`
+        ${
+          (comparing.value || editing.value) &&
+          html`
           <${Corrected} raw=${loaded.endsWith(pictureOf(shown.id)) ? loupePicture.current : null} />
           <${Wipe} />
-        `}
+        `
+        }
         <${FloatingLoupe} />
-      `}
+      `
+      }
     </section>
-    ${shown && html`
+    ${
+      shown &&
+      html`
       <div class="legends">
         <${Legends} />
       </div>
       <${ReadOut} />
-    `}
+    `
+    }
   `;
 }
 
@@ -118,26 +132,38 @@ function ReadOut() {
       : [t("canvas.stage.pixel"), [at?.x ?? 0, at?.y ?? 0]];
   return html`<div class="read-out" data-testid="read-out">
     <span>
-      ${at
-        ? html`
+      ${
+        at
+          ? html`
           ${name}${" "}
           <b>
             ${number(x)}, ${number(y)}
           </b>
         `
-        : html`<span class="dim">${t("canvas.stage.no-position")}</span>`}
+          : html`<span class="dim">${t("canvas.stage.no-position")}</span>`
+      }
     </span>
-    ${on && html`<span>
+    ${
+      on &&
+      html`<span>
       ${t("canvas.stage.field")}${" "}
       <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : t("canvas.stage.out-of-reach")}</b>
-    </span>`}
-    ${on && map && html`<span>
+    </span>`
+    }
+    ${
+      on &&
+      map &&
+      html`<span>
       ${map.what === "expected" ? t("canvas.stage.expected-error") : t("canvas.stage.difference")}${" "}
       <b>${there === null ? "–" : `${mm(there)} mm`}</b>
-    </span>`}
-    ${editing.value && html`<span role="status" data-testid="snap-said">
+    </span>`
+    }
+    ${
+      editing.value &&
+      html`<span role="status" data-testid="snap-said">
       ${snapMessage.value}
-    </span>`}
+    </span>`
+    }
     <span class="zoom">${number(view.value.k * 100, 0)} %</span>
   </div>`;
 }

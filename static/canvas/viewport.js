@@ -22,7 +22,11 @@ export const placed = (tx, ty, k) =>
 
 /** Whether it is on the picture. @param {Size} picture @param {number} x @param {number} y */
 export const isOn = (picture, x, y) =>
-  picture !== null && x >= -0.5 && y >= -0.5 && x <= picture.width - 0.5 && y <= picture.height - 0.5;
+  picture !== null &&
+  x >= -0.5 &&
+  y >= -0.5 &&
+  x <= picture.width - 0.5 &&
+  y <= picture.height - 0.5;
 
 /**
  * The nearest point on the picture, to a hundredth of a pixel: finer than anybody can click.
@@ -69,7 +73,10 @@ export function createViewport() {
 
   /** Which pane a place of the stage is in: 1 for the second. @param {number} sx @param {number} sy stage pixels */
   const paneAt = (sx, sy) =>
-    (panes.value.columns > 1 && sx >= pane.value.width) || (panes.value.rows > 1 && sy >= pane.value.height) ? 1 : 0;
+    (panes.value.columns > 1 && sx >= pane.value.width) ||
+    (panes.value.rows > 1 && sy >= pane.value.height)
+      ? 1
+      : 0;
 
   /** @param {number} sx @param {number} sy stage pixels @returns {import("../core/types").Point} picture pixels */
   function toPicture(sx, sy) {
@@ -89,7 +96,12 @@ export function createViewport() {
     const { k, tx, ty } = view.value,
       [x, y] = inPane(sx, sy);
     const next = Math.min(LARGEST, Math.max(SMALLEST, k * factor));
-    view.value = { k: next, tx: x - (x - tx) * (next / k), ty: y - (y - ty) * (next / k), fitted: false };
+    view.value = {
+      k: next,
+      tx: x - (x - tx) * (next / k),
+      ty: y - (y - ty) * (next / k),
+      fitted: false,
+    };
   }
 
   /** @param {number} dx @param {number} dy stage pixels */
@@ -131,7 +143,12 @@ export function createViewport() {
   function centre(x, y, least) {
     const k = Math.min(LARGEST, Math.max(view.value.k, least)),
       { width, height } = pane.value;
-    view.value = { k, tx: width / 2 - (x + 0.5) * k, ty: height / 2 - (y + 0.5) * k, fitted: false };
+    view.value = {
+      k,
+      tx: width / 2 - (x + 0.5) * k,
+      ty: height / 2 - (y + 0.5) * k,
+      fitted: false,
+    };
   }
 
   /**
@@ -147,7 +164,21 @@ export function createViewport() {
     panBy((pane.value.width - before.width) / 2, (pane.value.height - before.height) / 2);
   }
 
-  return { size, view, panes, pane, paneAt, toPicture, toStage, zoomBy, panBy, fit, reveal, centre, divide };
+  return {
+    size,
+    view,
+    panes,
+    pane,
+    paneAt,
+    toPicture,
+    toStage,
+    zoomBy,
+    panBy,
+    fit,
+    reveal,
+    centre,
+    divide,
+  };
 }
 
 /** Of the picture that is worked on. */

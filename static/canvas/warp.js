@@ -38,8 +38,19 @@ void main() {
     : textureLod(picture, (raw + 0.5) / pictureSize, detail).rgb;
   colour = vec4(mix(beside, seen, covered.x * covered.y), 1.0);
 }`;
-const UNIFORMS = ["picture", "mesh", "pictureSize", "cells", "cellSize", "corner", "canvasHeight", "scale", "detail",
-  "isNearest", "beside"];
+const UNIFORMS = [
+  "picture",
+  "mesh",
+  "pictureSize",
+  "cells",
+  "cellSize",
+  "corner",
+  "canvasHeight",
+  "scale",
+  "detail",
+  "isNearest",
+  "beside",
+];
 const BESIDE = [16 / 255, 20 / 255, 24 / 255]; // the server's colour of what no pixel shows
 const FAR = -1e9; // raw pixels of a node out of reach: so is all that is interpolated with it
 const PICTURE = 0, // texture units

@@ -32,7 +32,11 @@ export class ServerUnreachable extends Error {}
  * }} [send] keepalive: even when the page is left
  * @returns {Promise<Response>}
  */
-export async function request(method, path, { json, body, headers = {}, keepalive = false, stop } = {}) {
+export async function request(
+  method,
+  path,
+  { json, body, headers = {}, keepalive = false, stop } = {},
+) {
   if (json !== undefined) {
     body = JSON.stringify(json);
     headers = { ...headers, "Content-Type": "application/json" };
@@ -97,7 +101,15 @@ export async function changeSeen(method, path, isSeen, json) {
 export function toRefusal(error) {
   if (error instanceof Problem) {
     const { title, type = "", feature = null, index = null, entry } = error.body;
-    return { detail: error.detail, fix: error.fix, title, reason: type.split("/").at(-1), feature, index, entry };
+    return {
+      detail: error.detail,
+      fix: error.fix,
+      title,
+      reason: type.split("/").at(-1),
+      feature,
+      index,
+      entry,
+    };
   }
   throw error;
 }

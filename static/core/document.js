@@ -22,8 +22,19 @@ export const EMPTY = {
   observations: [],
 };
 
-export const { doc, past, future, dragging, change, showWhileDragging, endDrag, cancelDrag, undo, redo, load } =
-  createHistory(EMPTY);
+export const {
+  doc,
+  past,
+  future,
+  dragging,
+  change,
+  showWhileDragging,
+  endDrag,
+  cancelDrag,
+  undo,
+  redo,
+  load,
+} = createHistory(EMPTY);
 
 /** @param {Doc} document @param {string} feature @returns {Point[]} */
 export function pointsOf(document, feature) {
@@ -45,10 +56,15 @@ export function withPoints(document, feature, points, kind) {
  * {Doc} */
 export function withModel(document, next, before) {
   const lenses = new Set(
-    next.options.filter((o) => o.type === "calibration").flatMap(({ name }) => [name, `${name}_sigma`]),
+    next.options
+      .filter((o) => o.type === "calibration")
+      .flatMap(({ name }) => [name, `${name}_sigma`]),
   );
   const kept = next.options.filter(
-    (o) => before?.options.some((b) => isEqual(b, o)) && !lenses.has(o.name) && o.name in document.options,
+    (o) =>
+      before?.options.some((b) => isEqual(b, o)) &&
+      !lenses.has(o.name) &&
+      o.name in document.options,
   );
   return {
     ...document,

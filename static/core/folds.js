@@ -5,7 +5,9 @@ const KEPT = "touchline.unfolded";
 /** @typedef {"lens" | "distortion" | "residuals" | "landmarks" | "measured"} Fold */
 
 const unfolded = signal(
-  /** @type {Set<Fold>} */ (new Set((sessionStorage.getItem(KEPT) ?? "").split(" ").filter(Boolean))),
+  /** @type {Set<Fold>} */ (
+    new Set((sessionStorage.getItem(KEPT) ?? "").split(" ").filter(Boolean))
+  ),
 );
 
 /** @param {Fold} id */

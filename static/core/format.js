@@ -48,11 +48,17 @@ export function ago(then, now) {
 }
 
 /** @param {number | string} when */
-export const clock = (when) => new Date(when).toLocaleTimeString(LOCALE, { hour: "2-digit", minute: "2-digit" });
+export const clock = (when) =>
+  new Date(when).toLocaleTimeString(LOCALE, { hour: "2-digit", minute: "2-digit" });
 
 /** @param {string} when */
 export const dayAndTime = (when) =>
-  new Date(when).toLocaleString(LOCALE, { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
+  new Date(when).toLocaleString(LOCALE, {
+    day: "numeric",
+    month: "short",
+    hour: "2-digit",
+    minute: "2-digit",
+  });
 
 /** A length that reads well, at or below: 0.2, 0.5, 1 … @param {number} value */
 export function roundDown(value) {

@@ -69,5 +69,17 @@ export function createHistory(first) {
     doc.value = next;
   }
 
-  return { doc, past, future, dragging, change, showWhileDragging, endDrag, cancelDrag, undo, redo, load };
+  return {
+    doc,
+    past,
+    future,
+    dragging,
+    change,
+    showWhileDragging,
+    endDrag,
+    cancelDrag,
+    undo,
+    redo,
+    load,
+  };
 }

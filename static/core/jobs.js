@@ -14,7 +14,9 @@ export class Stopped extends Error {}
  * Job) => void} onProgress how far it is */
 export async function runJob(path, json, stop, onProgress) {
   const response = await request("POST", path, { json });
-  return response.status === 202 ? followJob(await response.json(), stop, onProgress) : response.json();
+  return response.status === 202
+    ? followJob(await response.json(), stop, onProgress)
+    : response.json();
 }
 
 /**
@@ -26,7 +28,8 @@ export async function runJob(path, json, stop, onProgress) {
  */
 export async function followJob(job, stop, onProgress) {
   // it may have ended already
-  const cancel = () => void request("DELETE", `/jobs/${job.id}`, { keepalive: true }).catch(() => {});
+  const cancel = () =>
+    void request("DELETE", `/jobs/${job.id}`, { keepalive: true }).catch(() => {});
   if (stop.aborted) cancel();
   stop.addEventListener("abort", cancel);
   try {

@@ -20,9 +20,13 @@ function nameOf(event) {
 function belongsToControl(event) {
   const target = /** @type {Element} */ (event.target);
   if (target.matches("input, textarea, select"))
-    return event.key !== "Escape" && !((event.ctrlKey || event.metaKey) && ["s", "k"].includes(event.key));
+    return (
+      event.key !== "Escape" &&
+      !((event.ctrlKey || event.metaKey) && ["s", "k"].includes(event.key))
+    );
   return (
-    target.matches("button, a, summary, [role=button], [role=slider]") && ["Enter", " "].includes(event.key)
+    target.matches("button, a, summary, [role=button], [role=slider]") &&
+    ["Enter", " "].includes(event.key)
   );
 }
 
@@ -80,6 +84,7 @@ export const keyLabel = (key) =>
   (key === "+" ? ["+"] : key.split("+"))
     .map(
       (part) =>
-        SHOWN[/** @type {keyof typeof SHOWN} */ (part)] ?? (part.length === 1 ? part.toUpperCase() : part),
+        SHOWN[/** @type {keyof typeof SHOWN} */ (part)] ??
+        (part.length === 1 ? part.toUpperCase() : part),
     )
     .join(" ");

@@ -18,7 +18,9 @@ export function latestWins(send, patienceMs) {
       while (waiting) {
         const { value } = waiting;
         waiting = null;
-        await (patienceMs === undefined ? send(value) : Promise.race([send(value), pause(patienceMs)]));
+        await (patienceMs === undefined
+          ? send(value)
+          : Promise.race([send(value), pause(patienceMs)]));
       }
     } finally {
       running = null;

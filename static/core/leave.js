@@ -6,6 +6,7 @@
  * @param {WebSocket | null} socket
  */
 export function leave(socket) {
-  if (socket?.readyState === WebSocket.CONNECTING) socket.addEventListener("open", () => socket.close());
+  if (socket?.readyState === WebSocket.CONNECTING)
+    socket.addEventListener("open", () => socket.close());
   else socket?.close();
 }

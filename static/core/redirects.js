@@ -44,7 +44,8 @@ export function redirected(words) {
   const [first = "", ...rest] = words;
   if (first === "cameras" && rest.length === 1 && rest[0] !== "new") return [...words, "live"];
   if (words.join("/") in FIRST) return FIRST[words.join("/")];
-  if (first === "calibrate") return rest.length === 1 || rest[1] in FORMER_STEPS ? calibrate(rest[0], rest[1]) : null;
+  if (first === "calibrate")
+    return rest.length === 1 || rest[1] in FORMER_STEPS ? calibrate(rest[0], rest[1]) : null;
   if (first in FORMER) return FORMER[first](...rest).filter(Boolean);
   return /^[0-9a-f]+$/.test(first) ? calibrate(first, rest[0]) : null;
 }

@@ -21,7 +21,16 @@ const STEPS = new Set(["field", "points", "verify"]);
  */
 
 /** @type {Words} */
-const NOTHING = { camera: "", picture: "", step: "", rig: "", left: "", right: "", scene: "", field: "" };
+const NOTHING = {
+  camera: "",
+  picture: "",
+  step: "",
+  rig: "",
+  left: "",
+  right: "",
+  scene: "",
+  field: "",
+};
 
 /** @param {string} word */
 function decoded(word) {
@@ -59,7 +68,11 @@ function routeOf(words) {
 }
 
 /** @param {string} address from the number sign on */
-const wordsOf = (address) => address.replace(/^#?\/?/, "").split("/").map(decoded);
+const wordsOf = (address) =>
+  address
+    .replace(/^#?\/?/, "")
+    .split("/")
+    .map(decoded);
 /** @param {string[]} words */
 const written = (words) => `#/${words.map(encodeURIComponent).join("/")}`;
 
@@ -98,7 +111,9 @@ export function addressOf(view, words = {}) {
       of = (/** @type {string} */ part) => words[/** @type {keyof Words} */ (part.slice(1))] ?? "";
     if (name === view && parts.every((part) => !/^[:*]/.test(part) || of(part)))
       return written(
-        parts.flatMap((part) => (part.startsWith(":") ? of(part) : part.startsWith("*") ? of(part).split("/") : part)),
+        parts.flatMap((part) =>
+          part.startsWith(":") ? of(part) : part.startsWith("*") ? of(part).split("/") : part,
+        ),
       );
   }
   throw new Error(`No address of ${view} with ${JSON.stringify(words)}`);

@@ -30,7 +30,9 @@ export const tool = signal(/** @type {"pick" | "pan"} */ ("pick"));
 export const pointer = signal(
   /** @type {{ x: number, y: number, touch: boolean, down: boolean } | null} */ (null),
 );
-export const box = signal(/** @type {{ x0: number, y0: number, x1: number, y1: number } | null} */ (null));
+export const box = signal(
+  /** @type {{ x0: number, y0: number, x1: number, y1: number } | null} */ (null),
+);
 export const showLines = signal(false);
 export const help = signal(/** @type {"" | "manual" | "keys"} */ (""));
 const shown = computed(() => `${route.value.view}/${route.value.picture}`);
@@ -45,12 +47,17 @@ export const opening = computed(
     route.value.view === "former-pair", // it leads on
 );
 /** The camera that the address names. */
-export const namedCamera = computed(() => cameras.value.find((c) => c.id === route.value.camera) ?? null);
+export const namedCamera = computed(
+  () => cameras.value.find((c) => c.id === route.value.camera) ?? null,
+);
 /** Whether the address leads nowhere: there is no such page, or no such camera. Versions outlive theirs. */
 export const isNowhere = computed(
   () =>
     route.value.view === "nowhere" ||
-    (listed.value && route.value.camera !== "" && !namedCamera.value && route.value.view !== "versions"),
+    (listed.value &&
+      route.value.camera !== "" &&
+      !namedCamera.value &&
+      route.value.view !== "versions"),
 );
 
 /** Compare: what is shown, what beside the clicks, and where the wipe stands as a share of the stage's width. */
@@ -63,10 +70,14 @@ export const compare = signal(
 );
 
 export const field = computed(() => fields.value.find((f) => f.name === doc.value.field) ?? null);
-export const region = computed(() => (doc.value.region && field.value?.regions[doc.value.region]) || null);
+export const region = computed(
+  () => (doc.value.region && field.value?.regions[doc.value.region]) || null,
+);
 /** How far the field is turned in the picture: the operator's choice, else the region's own. */
 export const rotation = computed(() => doc.value.rotate ?? region.value?.rotate ?? 0);
-export const camera = computed(() => cameras.value.find((c) => c.id === snapshot.value?.camera) ?? null);
+export const camera = computed(
+  () => cameras.value.find((c) => c.id === snapshot.value?.camera) ?? null,
+);
 /** What the server chose for the present points, where the operator leaves the model to it. */
 export const automaticModel = signal(/** @type {string | null} */ (null));
 /** The name of the model that is used. */
@@ -81,7 +92,8 @@ export const editing = computed(() => snapshot.value !== null && step.value === 
  * @param {string} feature
  * @returns {"line" | "landmark"}
  */
-export const kindOf = (feature) => (field.value && feature in field.value.landmarks ? "landmark" : "line");
+export const kindOf = (feature) =>
+  field.value && feature in field.value.landmarks ? "landmark" : "line";
 
 /** Whether raw and corrected are shown. */
 export const comparing = computed(() => step.value === "verify");
@@ -119,8 +131,12 @@ effect(() => {
 
 /** Tell what went wrong, with its fix. @param {unknown} error */
 export function notifyError(error) {
-  const { message, fix, status } = /** @type {{ message: string, fix?: string, status?: number }} */ (error);
-  const action = status === 401 ? { label: t("core.state.sign-in"), run: () => location.assign("/login") } : undefined;
+  const { message, fix, status } =
+    /** @type {{ message: string, fix?: string, status?: number }} */ (error);
+  const action =
+    status === 401
+      ? { label: t("core.state.sign-in"), run: () => location.assign("/login") }
+      : undefined;
   notify({
     level: "warn",
     text: message,

@@ -5,7 +5,10 @@ import { POINT, filled, hasStatements, statement } from "./words.js";
 /** @typedef {import("./types").Statement} Statement */
 
 /** What is called the same in all of the page. */
-const NAMES = new Map([["line", lineName], ["area", areaName]]);
+const NAMES = new Map([
+  ["line", lineName],
+  ["area", areaName],
+]);
 /** Numbers and nothing but a unit, as the server writes them. */
 const MEASURED = /^[\d.\s,()×±+−⁰¹²³⁴⁵⁶⁷⁸⁹⁻-]*( ?(mm|px|m|s|ms|%|°))?$/;
 
@@ -33,7 +36,8 @@ function translate(it) {
     const texts = Array.isArray(said) ? said.map(inWords) : [],
       was = record[name];
     if (Array.isArray(was)) record[name] = was.map((text, i) => texts[i] ?? text); // a list has one for each text
-    else if (typeof was === "string" && texts.length > 0 && !texts.includes(undefined)) record[name] = texts.join(" ");
+    else if (typeof was === "string" && texts.length > 0 && !texts.includes(undefined))
+      record[name] = texts.join(" ");
   }
 }
 
@@ -57,5 +61,7 @@ function shown(value) {
   }
   if (value && typeof value === "object") return value.text ?? inWords(value);
   const text = String(value);
-  return MEASURED.test(text) ? text.replace(/^-/, "−").replace(/(\d)\.(?=\d)/g, `$1${POINT}`) : text;
+  return MEASURED.test(text)
+    ? text.replace(/^-/, "−").replace(/(\d)\.(?=\d)/g, `$1${POINT}`)
+    : text;
 }

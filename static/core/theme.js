@@ -14,7 +14,9 @@ export const THEMES = [
 ];
 
 export const theme = signal(
-  /** @type {Theme} */ (THEMES.find(([id]) => id === document.documentElement.dataset.theme)?.[0] ?? "system"),
+  /** @type {Theme} */ (
+    THEMES.find(([id]) => id === document.documentElement.dataset.theme)?.[0] ?? "system"
+  ),
 );
 
 effect(() => {

@@ -28,18 +28,25 @@ const CATALOGUES = {
 export const LANGUAGES = ["en", "de"];
 
 /** The page's language, fixed until the page is loaded again. */
-export const language = [chosenLanguage(), ...navigator.languages]
-  .map((tag) => tag.toLowerCase().split("-")[0])
-  .find((it) => it in CATALOGUES) ?? "en";
+export const language =
+  [chosenLanguage(), ...navigator.languages]
+    .map((tag) => tag.toLowerCase().split("-")[0])
+    .find((it) => it in CATALOGUES) ?? "en";
 
 /** Whose plurals, numbers, times and dates are used: English as in Great Britain, 22 Nov, 06:46. */
 export const LOCALE = language === "en" || language === "pseudo" ? "en-GB" : language;
 
 /** The decimal point: a comma in German. */
-export const POINT = new Intl.NumberFormat(LOCALE).formatToParts(0.1).find((part) => part.type === "decimal")?.value;
+export const POINT = new Intl.NumberFormat(LOCALE)
+  .formatToParts(0.1)
+  .find((part) => part.type === "decimal")?.value;
 
 // English where the other catalogue does not arrive: a page in it is better than none.
-const { messages: catalogue, statements, pseudo } = await CATALOGUES[language]().catch(CATALOGUES.en);
+const {
+  messages: catalogue,
+  statements,
+  pseudo,
+} = await CATALOGUES[language]().catch(CATALOGUES.en);
 const plurals = new Intl.PluralRules(LOCALE);
 document.documentElement.lang = LOCALE;
 
@@ -63,7 +70,8 @@ export function chooseLanguage(to) {
  * What the server states by this code, in the page's language; undefined where that has no words for it.
  * @param {string} code
  */
-export const statement = (code) => (statements && Object.hasOwn(statements, code) ? statements[code] : undefined);
+export const statement = (code) =>
+  statements && Object.hasOwn(statements, code) ? statements[code] : undefined;
 
 /** Whether there are words for what the server states; if not, its English sentences are shown. */
 export const hasStatements = statements !== undefined;
@@ -83,7 +91,8 @@ export function message(key, values) {
 const formOf = (entry, values) =>
   typeof entry === "string"
     ? entry
-    : (/** @type {Record<string, string>} */ (entry)[plurals.select(Number(values.count))] ?? entry.other);
+    : (/** @type {Record<string, string>} */ (entry)[plurals.select(Number(values.count))] ??
+      entry.other);
 
 /**
  * The message of a key that ends in an id; ids that operators and cameras gave have none.
@@ -106,7 +115,8 @@ export function t(key, ...rest) {
 }
 
 /** A text with its values in their places. @param {string} text @param {Values} values */
-export const filled = (text, values) => text.replace(VALUE, (_, name) => String(values[name] ?? ""));
+export const filled = (text, values) =>
+  text.replace(VALUE, (_, name) => String(values[name] ?? ""));
 
 /**
  * The t() of a feature that brings its own words, in the page's language.

@@ -25,13 +25,13 @@ export function ActionButton({ id, label, withKey = false, kind = "" }) {
     onClick=${() => run(id)}
   >
     ${shown}
-    ${withKey && key && key.length === 1 && key >= "a"
-      ? html`
+    ${
+      withKey && key && key.length === 1 && key >= "a"
+        ? html`
         ${" "}
         <kbd aria-hidden="true" data-key=${keyLabel(key)}></kbd>
       `
-      : (
-      ""
-    )}
+        : ""
+    }
   </button>`;
 }

@@ -21,7 +21,10 @@ function pieces(text, values) {
   const found = [];
   let end = 0;
   for (const { 0: whole, 1: tag, 2: inner, 3: name, index } of text.matchAll(PIECE)) {
-    found.push(text.slice(end, index), tag ? html`<${tag}>${pieces(inner, values)}<//>` : values[name]);
+    found.push(
+      text.slice(end, index),
+      tag ? html`<${tag}>${pieces(inner, values)}<//>` : values[name],
+    );
     end = index + whole.length;
   }
   return [...found, text.slice(end)];

@@ -14,8 +14,15 @@ from touchline.main import create_app
 from touchline.settings import Settings
 
 HERE = "http://127.0.0.1:8000"
-CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",
-            "region": "full"},)
+CAMERAS = (
+    {
+        "id": "north",
+        "name": "North half",
+        "source": "sim://table?size=320x256&fps=200",
+        "field": "table",
+        "region": "full",
+    },
+)
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -47,8 +54,12 @@ def standing(tmp_path_factory):
 def standing_calibration(standing) -> dict:
     """A calibration that all tests of a file read."""
     task = json.loads((CLICKS / "ssl_2008_half.json").read_text())
-    kept = standing.post(f"{API}/snapshots", files={"file": encoded("png", gradient(780, 580))}).json()
-    return standing.post(f"{API}/calibrations", json={**without_size(task), "snapshot": kept["id"]}).json()
+    kept = standing.post(
+        f"{API}/snapshots", files={"file": encoded("png", gradient(780, 580))}
+    ).json()
+    return standing.post(
+        f"{API}/calibrations", json={**without_size(task), "snapshot": kept["id"]}
+    ).json()
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +70,13 @@ def followed(standing):
     def add(source=URL, field="table", region="full"):
         remove()
         added.append(f"camera-{len(added)}")
-        camera = {"id": added[-1], "name": added[-1].title(), "source": source, "field": field, "region": region}
+        camera = {
+            "id": added[-1],
+            "name": added[-1].title(),
+            "source": source,
+            "field": field,
+            "region": region,
+        }
         assert standing.post(f"{API}/cameras", json=camera).status_code == 201
         return Followed(standing, added[-1])
 
@@ -96,6 +113,8 @@ def task(clicks) -> dict:
 
 @pytest.fixture
 def calibration(client, snapshot, task) -> dict:
-    answer = client.post(f"{API}/calibrations", json={**without_size(task), "snapshot": snapshot["id"]})
+    answer = client.post(
+        f"{API}/calibrations", json={**without_size(task), "snapshot": snapshot["id"]}
+    )
     assert answer.status_code == 201, answer.text
     return answer.json()

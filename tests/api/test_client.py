@@ -39,15 +39,23 @@ def client(request, tmp_path_factory):
         with served(data) as url, Client(url, operator="Ann") as client:
             yield client
     else:
-        with Client(data=data, operator="Ann") if request.param == "data folder" else Client.temporary() as client:
+        with (
+            Client(data=data, operator="Ann")
+            if request.param == "data folder"
+            else Client.temporary() as client
+        ):
             yield client
 
 
 def test_from_an_image_to_millimetres_to_a_file(client, shown):
     path, clicked = shown
     snapshot = client.upload(path)
-    assert (snapshot["width"], snapshot["height"]) == (640, 480) and client.upload(path.read_bytes())["id"]
-    made = client.calibrate(snapshot, clicked["observations"], field="ssl-div-b", region="full", model="division")
+    assert (snapshot["width"], snapshot["height"]) == (640, 480) and client.upload(
+        path.read_bytes()
+    )["id"]
+    made = client.calibrate(
+        snapshot, clicked["observations"], field="ssl-div-b", region="full", model="division"
+    )
     px = np.array([[[320.0, 240.0], [200.0, 200.0]], [[400.0, 300.0], [-9e5, 0.0]]])
     field_mm = client.transform(made, px)
     assert field_mm.shape == (2, 2, 2) and np.isnan(field_mm[1, 1]).all()
@@ -55,7 +63,9 @@ def test_from_an_image_to_millimetres_to_a_file(client, shown):
     assert np.abs(truth - px.reshape(-1, 2)[:3]).max() < 1.0
     back = client.transform(made["id"], field_mm[0], "field", "image")
     assert np.abs(back - px[0]).max() < 0.01
-    corrected = cv2.imdecode(np.frombuffer(client.correct(made, path, width=320), np.uint8), cv2.IMREAD_COLOR)
+    corrected = cv2.imdecode(
+        np.frombuffer(client.correct(made, path, width=320), np.uint8), cv2.IMREAD_COLOR
+    )
     assert corrected.shape[1] == 320
     assert FORMATS["json"].read(client.export(made)).field["name"] == "ssl-div-b"
 
@@ -74,6 +84,7 @@ def test_ctrl_c_and_a_progress_that_raises_cancel_the_job(client, shown, error):
 
     def stop(share, message):
         raise error
+
     with pytest.raises(type(error)):
         client.wait(job, stop)
     with pytest.raises(Cancelled, match="was cancelled"):
@@ -89,8 +100,10 @@ def test_who_waits_no_longer_leaves_the_job_as_it_is(client, shown):
 
 def test_lists_are_read_page_by_page(client):
     record = FORMATS["json"].write(example("division", 0))
-    ids = [client.call("POST", "/calibrations/import", files={"file": ("c.json", record)}).json()["id"]
-           for _ in range(3)]
+    ids = [
+        client.call("POST", "/calibrations/import", files={"file": ("c.json", record)}).json()["id"]
+        for _ in range(3)
+    ]
     found = [one["id"] for one in client.items("/calibrations", limit=2)]
     assert found[:3] == ids[::-1] and len({*found}) == len(found)
 
@@ -98,7 +111,11 @@ def test_lists_are_read_page_by_page(client):
 def test_a_refusal_has_what_the_server_said(client):
     with pytest.raises(NotFound) as refused:
         client.calibration("nothing")
-    assert refused.value.fix and refused.value.reason.startswith("unknown") and "type" not in refused.value.details
+    assert (
+        refused.value.fix
+        and refused.value.reason.startswith("unknown")
+        and "type" not in refused.value.details
+    )
     with pytest.raises(BadInput, match=r"\(3,\)"):
         client.transform("nothing", [1, 2, 3])
     with pytest.raises(TouchlineError, match="/docs"):
@@ -135,10 +152,14 @@ def test_in_this_process_cameras_sleep_and_what_a_server_left_waits_for_the_next
     with Store(tmp_path) as store:
         version = store.calibrations.add(made)
         store.calibrations.activate(version.id)
-        store.jobs.add("auto", JobSpec("touchline.workflows.recognition:run_auto", {}, "found-lines").to_json())
+        store.jobs.add(
+            "auto", JobSpec("touchline.workflows.recognition:run_auto", {}, "found-lines").to_json()
+        )
     settings = tmp_path / "own.yaml"
-    settings.write_text(f"cameras: [{{id: {version.camera}, source: 'sim://table'}}]\n"
-                        "publish: {enabled: true, interface: lo, ttl: 0, interval_s: 0.1}\n")
+    settings.write_text(
+        f"cameras: [{{id: {version.camera}, source: 'sim://table'}}]\n"
+        "publish: {enabled: true, interface: lo, ttl: 0, interval_s: 0.1}\n"
+    )
     with Client(data=tmp_path, config=settings) as client:
         services = client._http.app.state.services
         assert services.live.running == () and not services.part(PublishingService)._running
@@ -147,6 +168,7 @@ def test_in_this_process_cameras_sleep_and_what_a_server_left_waits_for_the_next
 
 
 # --- its types, and what it costs to import
+
 
 @pytest.fixture(scope="module")
 def description(tmp_path_factory):
@@ -158,29 +180,54 @@ def test_the_types_of_its_answers_are_those_of_the_rest_description(description)
 
 
 def test_every_path_that_it_calls_is_in_the_rest_description(description):
-    described = {(method.upper(), path) for path, methods in description["paths"].items() for method in methods}
+    described = {
+        (method.upper(), path)
+        for path, methods in description["paths"].items()
+        for method in methods
+    }
     called = set()
     for node in ast.walk(ast.parse((PACKAGE / "client" / "client.py").read_text())):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "call" and len(
-                node.args) > 1 and isinstance(node.args[0], ast.Constant):
-            path = "".join(str(part.value) if isinstance(part, ast.Constant) else "{}" for part in (
-                node.args[1].values if isinstance(node.args[1], ast.JoinedStr) else [node.args[1]]))
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Attribute)
+            and node.func.attr == "call"
+            and len(node.args) > 1
+            and isinstance(node.args[0], ast.Constant)
+        ):
+            path = "".join(
+                str(part.value) if isinstance(part, ast.Constant) else "{}"
+                for part in (
+                    node.args[1].values
+                    if isinstance(node.args[1], ast.JoinedStr)
+                    else [node.args[1]]
+                )
+            )
             called.add((node.args[0].value, f"/api/v1{path}"))
     called.remove(("GET", "/api/v1{}"))  # of whatever list
-    shapes = {(method, "/".join("{}" if part.startswith("{") else part for part in path.split("/")))
-              for method, path in described}
+    shapes = {
+        (method, "/".join("{}" if part.startswith("{") else part for part in path.split("/")))
+        for method, path in described
+    }
     assert len(called) > 6 and called <= shapes
 
 
 def test_it_loads_nothing_of_the_server():
     probe = "import sys, touchline; early = {*sys.modules}; touchline.Client; print(*early, '|', *sys.modules)"
-    done = subprocess.run([sys.executable, "-c", probe], cwd=ROOT, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", probe], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     early, late = (set(part.split()) for part in done.stdout.split("|"))
     assert not {"httpx2", "numpy"} & early
-    assert not {"fastapi", "starlette", "uvicorn", "pydantic", "sqlalchemy", "cv2", "viser", "av"} & late
+    assert (
+        not {"fastapi", "starlette", "uvicorn", "pydantic", "sqlalchemy", "cv2", "viser", "av"}
+        & late
+    )
 
 
 def test_every_method_is_described():
     for name, method in getmembers(Client, isfunction):
         if not name.startswith("_"):
-            assert method.__doc__ and signature(method).return_annotation is not signature(method).empty, name
+            assert (
+                method.__doc__
+                and signature(method).return_annotation is not signature(method).empty
+            ), name

@@ -38,8 +38,10 @@ def first(world: World) -> str:
     return world.calibrations[0]
 
 
-other, camera, live, snapshot, colours, clip, rig, job, lens = map(attrgetter, (
-    "other", "camera", "live_camera", "snapshot", "kept_colours", "clip", "rig", "job", "lens"))
+other, camera, live, snapshot, colours, clip, rig, job, lens = map(
+    attrgetter,
+    ("other", "camera", "live_camera", "snapshot", "kept_colours", "clip", "rig", "job", "lens"),
+)
 
 
 def pictured(world: World) -> dict[str, Any]:
@@ -59,7 +61,11 @@ def over_field(world: World) -> dict[str, Any]:
 
 
 def detection(world: World) -> dict[str, Any]:
-    return {"snapshot": world.snapshot, "calibration": world.calibrations[0], "colours": world.colours}
+    return {
+        "snapshot": world.snapshot,
+        "calibration": world.calibrations[0],
+        "colours": world.colours,
+    }
 
 
 ASKED: dict[str, Mapping[str, Any]] = {
@@ -67,7 +73,9 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "GET /calibrations": sent(),
     "POST /calibrations": sent(json=attrgetter("fit")),
     "GET /calibrations/activations": sent(params={"camera": "cam0"}),
-    "POST /calibrations/auto": sent(json=lambda w: {"field": NAME, "region": HALVES[0], **pictured(w)}),
+    "POST /calibrations/auto": sent(
+        json=lambda w: {"field": NAME, "region": HALVES[0], **pictured(w)}
+    ),
     "POST /calibrations/board": sent(json=board()),
     "POST /calibrations/compare": sent(json=lambda w: {**w.fit, "models": ["polynomial"]}),
     "POST /calibrations/import": sent(files=lambda w: {"file": w.record}),
@@ -88,7 +96,9 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "GET /calibrations/{id}/residuals.json": sent(id=first),
     "POST /calibrations/{id}/restore": sent(id=attrgetter("deleted")),
     "GET /calibrations/{id}/scene.html": sent(id=first),
-    "POST /calibrations/{id}/transform": sent(id=first, json={"from": "image", "to": "field", "points": POINTS}),
+    "POST /calibrations/{id}/transform": sent(
+        id=first, json={"from": "image", "to": "field", "points": POINTS}
+    ),
     "GET /calibrations/{id}/uncertainty.json": sent(id=first),
     "GET /calibrations/{id}/uncertainty.png": sent(id=first),
     "GET /calibrations/{id}/mesh": sent(id=first, params={"view": "corrected"}),
@@ -104,7 +114,9 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "GET /cameras/{id}": sent(id="cam0"),
     "PATCH /cameras/{id}": sent(id=camera, json={"name": "East"}),
     "POST /cameras/{id}/clip": sent(id="cam0", json={"seconds": 1}),
-    "POST /cameras/{id}/colours/learn": sent(id="cam0", json=lambda w: {"automatic": True, **pictured(w)}),
+    "POST /cameras/{id}/colours/learn": sent(
+        id="cam0", json=lambda w: {"automatic": True, **pictured(w)}
+    ),
     "POST /cameras/{id}/confirm": sent(id=live),
     "GET /cameras/{id}/controls": sent(id=live),
     "PATCH /cameras/{id}/controls": sent(id=live, json={"controls": {"gain": 1.1}}),
@@ -114,7 +126,9 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "DELETE /cameras/{id}/rolls": sent(id=lambda w: w.rolled and "cam1"),
     "GET /cameras/{id}/rolls": sent(id=lambda w: w.rolled and "cam1"),
     "DELETE /cameras/{id}/rolls/{roll}": sent(id="cam1", roll=attrgetter("rolled")),
-    "PATCH /cameras/{id}/rolls/{roll}": sent(id="cam1", roll=attrgetter("rolled"), json={"left_out": True}),
+    "PATCH /cameras/{id}/rolls/{roll}": sent(
+        id="cam1", roll=attrgetter("rolled"), json={"left_out": True}
+    ),
     "GET /cameras/{id}/seeing": sent(id="cam0"),
     "PUT /cameras/{id}/seeing": sent(id=camera, json={"on": True, "plan": "ssl"}),
     "GET /cameras/{id}/status": sent(id="cam0"),
@@ -145,7 +159,9 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /fields/proposed": sent(json=lambda w: {"snapshot": w.whole_field, "length_mm": 8000}),
     "POST /fields/seen": sent(json=lambda w: {**over_field(w), **pictured(w)}),
     "POST /fit/attempt": sent(params={"quick": True}, json=attrgetter("fit")),
-    "POST /fit/border": sent(json={"axis": "y_of_x", "points": [[x, 50.0 + x / 50] for x in range(0, 400, 40)]}),
+    "POST /fit/border": sent(
+        json={"axis": "y_of_x", "points": [[x, 50.0 + x / 50] for x in range(0, 400, 40)]}
+    ),
     "POST /fit/preview": sent(params={"quick": True}, json=attrgetter("fit")),
     "GET /health": sent(),
     "GET /readiness": sent(),
@@ -177,18 +193,29 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "GET /snapshots": sent(),
     "POST /snapshots": sent(json={"camera": "cam0"}),
     "GET /snapshots/{id}": sent(id=snapshot),
-    "POST /snapshots/{id}/along": sent(id=snapshot, json=lambda w: {"fit": w.drawn, "feature": "top"}),
+    "POST /snapshots/{id}/along": sent(
+        id=snapshot, json=lambda w: {"fit": w.drawn, "feature": "top"}
+    ),
     "GET /snapshots/{id}/image.{format}": sent(id=snapshot, format="png"),
     "POST /snapshots/{id}/snap": sent(id=snapshot, json={"points": POINTS}),
     "GET /stages": sent(),
     "POST /straightness": sent(json=clicked_edges()),
-    "POST /straightness/picture.{format}": sent(format="png", json=lambda w: {"lens": w.bent, **pictured(w)}),
+    "POST /straightness/picture.{format}": sent(
+        format="png", json=lambda w: {"lens": w.bent, **pictured(w)}
+    ),
 }
 
 # A job is cancelled whatever it does, and controls are the camera's own.
 STATELESS = ("DELETE /jobs/{id}", "PATCH /cameras/{id}/controls")
-CHANGING = [*(route for route in ASKED if route.startswith(("PUT", "PATCH", "DELETE")) and route not in STATELESS),
-            "POST /calibrations/{id}/restore", "POST /cameras/{id}/confirm"]
+CHANGING = [
+    *(
+        route
+        for route in ASKED
+        if route.startswith(("PUT", "PATCH", "DELETE")) and route not in STATELESS
+    ),
+    "POST /calibrations/{id}/restore",
+    "POST /cameras/{id}/confirm",
+]
 
 
 @pytest.fixture(scope="module")
@@ -205,15 +232,19 @@ def promised(world):
 
 
 def test_no_route_is_left_out(promised):
-    routes = {f"{call.ok().method.upper()} {call.ok().path.removeprefix(API)}"
-              for call in promised.get_all_operations()}
+    routes = {
+        f"{call.ok().method.upper()} {call.ok().path.removeprefix(API)}"
+        for call in promised.get_all_operations()
+    }
     assert routes == {*ASKED, DAMAGED}
 
 
 def asked(world: World, route: str) -> tuple[str, str, dict[str, Any], dict[str, Any]]:
     """The method of a route, its path as documented, what stands in its braces, and the client's arguments."""
     method, path = route.split()
-    values = {name: value(world) if callable(value) else value for name, value in ASKED[route].items()}
+    values = {
+        name: value(world) if callable(value) else value for name, value in ASKED[route].items()
+    }
     rest = {name: values.pop(name) for name in ("json", "params", "files") if name in values}
     return method, path, values, rest
 
@@ -231,10 +262,13 @@ def test_a_good_request_is_answered_as_the_documentation_promises(world, promise
 @pytest.mark.parametrize("route", CHANGING)
 def test_a_change_made_from_another_state_is_refused_with_the_one_that_there_is(world, route):
     method, path, values, rest = asked(world, route)
-    answer = world.client.request(method, API + path.format_map(values), headers={"If-Match": '"0123456789abcdef"'},
-                                  **rest)
+    answer = world.client.request(
+        method, API + path.format_map(values), headers={"If-Match": '"0123456789abcdef"'}, **rest
+    )
     problem = refusal(answer, 412)
-    assert problem["type"].startswith("/problems/stale-") and problem["fix"] and "current" in problem
+    assert (
+        problem["type"].startswith("/problems/stale-") and problem["fix"] and "current" in problem
+    )
 
 
 def test_what_the_routes_save_can_be_read_by_the_next_start(world):
@@ -245,11 +279,17 @@ def test_what_the_routes_save_can_be_read_by_the_next_start(world):
     world.ask("POST", f"/cameras/{world.live_camera}/confirm")
     with world.app.state.services.store._database.reading() as rows:
         assert all(count_rows(rows).values()), "something of each"
-        assert [(table.__tablename__, reason) for table, _, reason in find_unreadable_rows(rows, READERS)] == []
+        assert [
+            (table.__tablename__, reason)
+            for table, _, reason in find_unreadable_rows(rows, READERS)
+        ] == []
 
 
 def test_no_route_changes_a_record_that_all_share(world):
     store = world.app.state.services.store.calibrations
     assert world.calibrations
     for version in store.found(limit=200).items:
-        assert version.calibration.to_json() == Calibration.from_json(json.loads(version.text)).to_json()
+        assert (
+            version.calibration.to_json()
+            == Calibration.from_json(json.loads(version.text)).to_json()
+        )

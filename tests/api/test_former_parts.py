@@ -14,8 +14,19 @@ from touchline.settings import Settings
 from touchline.store.archive import restore_into
 from touchline.store.store import Store
 
-CAMERA = {"name": "East", "source": "genicam://4711?producer=mvGenTLProducer", "field": None, "region": None}
-BATCH = {"run": "app.batch.tasks:run_picture", "spec": {}, "keep": None, "about": None, "lasts": True}
+CAMERA = {
+    "name": "East",
+    "source": "genicam://4711?producer=mvGenTLProducer",
+    "field": None,
+    "region": None,
+}
+BATCH = {
+    "run": "app.batch.tasks:run_picture",
+    "spec": {},
+    "keep": None,
+    "about": None,
+    "lasts": True,
+}
 
 
 @pytest.fixture(scope="module")
@@ -39,12 +50,17 @@ def test_a_version_of_a_model_that_is_fitted_no_more_is_shown_and_used(opened):
     shown = client.get(f"{API}/calibrations/{version}").json()
     assert shown["model"]["name"] == "thin-plate"
     points = {"from": "image", "to": "field", "points": [[600, 500]]}
-    assert client.post(f"{API}/calibrations/{version}/transform", json=points).json()["points"][0] is not None
+    assert (
+        client.post(f"{API}/calibrations/{version}/transform", json=points).json()["points"][0]
+        is not None
+    )
     assert client.get(f"{API}/calibrations/{version}/report.html").status_code == 200
     assert client.get(f"{API}/calibrations/{version}/export/json").status_code == 200
     asked = client.get(f"{API}/calibrations/{version}/uncertainty.json")
     assert asked.status_code == 409 and "lens model" in asked.json()["fix"]
-    listed = {model["name"]: model["is_fitted"] for model in client.get(f"{API}/models").json()["items"]}
+    listed = {
+        model["name"]: model["is_fitted"] for model in client.get(f"{API}/models").json()["items"]
+    }
     assert listed.pop("thin-plate") is False and set(listed.values()) == {True}
 
 
@@ -55,6 +71,7 @@ def test_a_camera_of_a_kind_that_is_read_no_more_says_what_to_enter(opened):
     def told_by_its_process():
         problem = client.get(f"{API}/cameras/east/status").json()["problem"]
         return problem if problem and problem["reason"] == "genicam-removed" else None
+
     told = until(told_by_its_process)
     assert "aravis:// and its serial number" in told["fix"]
     again = client.post(f"{API}/cameras", json={"id": "west", "source": CAMERA["source"]})
@@ -68,7 +85,9 @@ def test_a_job_of_a_kind_that_has_gone_has_failed_with_what_to_do(opened):
     assert "does not support this job" in told["problem"]["detail"]
 
 
-def test_a_draft_that_names_a_model_that_is_fitted_no_more_is_fitted_with_another_and_told(opened, tmp_path):
+def test_a_draft_that_names_a_model_that_is_fitted_no_more_is_fitted_with_another_and_told(
+    opened, tmp_path
+):
     *_, client = opened
     task = json.loads(clicks(tmp_path / "clicks.json").read_text())
     body = {**task, "model": "thin-plate", "options": {"base": "division", "smoothing": 0.0}}
@@ -82,7 +101,9 @@ def test_a_draft_that_names_a_model_that_is_fitted_no_more_is_fitted_with_anothe
     made = client.post(f"{API}/calibrations", json={**body, "snapshot": snapshot["id"]})
     assert made.status_code == 201 and made.json()["model"]["name"] != "thin-plate"
     assert "smoothing" not in made.json()["options"]
-    ranked = client.post(f"{API}/calibrations/compare", json={
-        **body, "snapshot": snapshot["id"], "models": ["division", "thin-plate"]}).json()
+    ranked = client.post(
+        f"{API}/calibrations/compare",
+        json={**body, "snapshot": snapshot["id"], "models": ["division", "thin-plate"]},
+    ).json()
     assert [one["model"] for one in ranked["ranking"]] == ["division"]
     assert [one["reason"] for one in ranked["failed"]] == ["model-removed"]

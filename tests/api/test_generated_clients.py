@@ -27,7 +27,12 @@ pytestmark = pytest.mark.long
 STORIES = TESTS / "generated_clients"
 TOKEN = "a secret of the hall"
 POINT = [320.0, 240.0]
-BYTES = ("image/png", "image/jpeg", "application/zip", "multipart/x-mixed-replace; boundary=touchline-frame")
+BYTES = (
+    "image/png",
+    "image/jpeg",
+    "application/zip",
+    "multipart/x-mixed-replace; boundary=touchline-frame",
+)
 NODE_TYPES = """declare module "node:fs/promises" {
   export function readFile(path: string): Promise<Uint8Array<ArrayBuffer>>;
 }
@@ -40,11 +45,18 @@ def hall(tmp_path_factory):
     """A server with a token, its document, and an image of a field."""
     folder = tmp_path_factory.mktemp("hall")
     (folder / "touchline.yaml").write_text(f"token: {TOKEN}\n")
-    with served(folder / "data", "--config", str(folder / "touchline.yaml")) as url, closing(Line(url)) as line:
-        status, _, document = line.json("GET", "/openapi.json", headers={"Authorization": f"Bearer {TOKEN}"})
+    with (
+        served(folder / "data", "--config", str(folder / "touchline.yaml")) as url,
+        closing(Line(url)) as line,
+    ):
+        status, _, document = line.json(
+            "GET", "/openapi.json", headers={"Authorization": f"Bearer {TOKEN}"}
+        )
         assert status == 200
         (folder / "openapi.json").write_text(json.dumps(document))
-        yield SimpleNamespace(url=url, document=folder / "openapi.json", image=picture(folder / "field.png"))
+        yield SimpleNamespace(
+            url=url, document=folder / "openapi.json", image=picture(folder / "field.png")
+        )
 
 
 def run(*words: Any, **more: Any) -> str:
@@ -65,12 +77,40 @@ def check_story(printed: str) -> None:
 def test_a_generated_python_client_calibrates(hall, tmp_path):
     python = generator_python()
     settings = tmp_path / "settings.yaml"
-    settings.write_text(json.dumps({"content_type_overrides": dict.fromkeys(BYTES, "application/octet-stream"),
-                                    "post_hooks": []}))
-    run(python.with_name("openapi-python-client"), "generate", "--path", hall.document, "--output-path",
-        tmp_path / "generated", "--meta", "none", "--config", settings, "--fail-on-warning", env=clean_environment())
-    check_story(run(python, STORIES / "python_story.py", tmp_path, hall.url, TOKEN, hall.image,
-                    cwd=tmp_path, env=clean_environment()))
+    settings.write_text(
+        json.dumps(
+            {
+                "content_type_overrides": dict.fromkeys(BYTES, "application/octet-stream"),
+                "post_hooks": [],
+            }
+        )
+    )
+    run(
+        python.with_name("openapi-python-client"),
+        "generate",
+        "--path",
+        hall.document,
+        "--output-path",
+        tmp_path / "generated",
+        "--meta",
+        "none",
+        "--config",
+        settings,
+        "--fail-on-warning",
+        env=clean_environment(),
+    )
+    check_story(
+        run(
+            python,
+            STORIES / "python_story.py",
+            tmp_path,
+            hall.url,
+            TOKEN,
+            hall.image,
+            cwd=tmp_path,
+            env=clean_environment(),
+        )
+    )
 
 
 def test_a_generated_typescript_client_calibrates(hall):
@@ -79,13 +119,34 @@ def test_a_generated_typescript_client_calibrates(hall):
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     node = node_path()
-    run(node, PACKAGES / "openapi-typescript" / "bin" / "cli.js", hall.document, "-o", folder / "rest.d.ts",
-        "--default-non-nullable=false", cwd=WORK)
+    run(
+        node,
+        PACKAGES / "openapi-typescript" / "bin" / "cli.js",
+        hall.document,
+        "-o",
+        folder / "rest.d.ts",
+        "--default-non-nullable=false",
+        cwd=WORK,
+    )
     shutil.copyfile(STORIES / "typescript_story.ts", folder / "story.ts")
     (folder / "node.d.ts").write_text(NODE_TYPES)
     (folder / "package.json").write_text('{"type": "module"}')
-    (folder / "tsconfig.json").write_text(json.dumps({"files": ["node.d.ts", "story.ts"], "compilerOptions": {
-        "strict": True, "noEmit": True, "target": "esnext", "module": "esnext", "moduleResolution": "bundler",
-        "lib": ["esnext", "dom"], "types": [], "skipLibCheck": True}}))
+    (folder / "tsconfig.json").write_text(
+        json.dumps(
+            {
+                "files": ["node.d.ts", "story.ts"],
+                "compilerOptions": {
+                    "strict": True,
+                    "noEmit": True,
+                    "target": "esnext",
+                    "module": "esnext",
+                    "moduleResolution": "bundler",
+                    "lib": ["esnext", "dom"],
+                    "types": [],
+                    "skipLibCheck": True,
+                },
+            }
+        )
+    )
     run(node, PACKAGES / "typescript-7" / "bin" / "tsc", "-p", folder)
     check_story(run(node, folder / "story.ts", hall.url, TOKEN, hall.image, cwd=folder))

@@ -20,7 +20,11 @@ from websockets.sync.client import connect as websocket_connect
 from tests.support.servers import API, served
 from tests.support.waiting import LONG_S, until
 from touchline.api.middleware.access import has_token
-from touchline.api.middleware.connections import MAX_HEAD_BYTES, LimitedConnection, limited_connections
+from touchline.api.middleware.connections import (
+    MAX_HEAD_BYTES,
+    LimitedConnection,
+    limited_connections,
+)
 from touchline.api.middleware.limits import ENVELOPE_BYTES, MB, BodyLimits
 
 JSON, UPLOAD = "application/json", "multipart/form-data; boundary=b"
@@ -39,6 +43,7 @@ async def begin_then_read(request):
         yield b"begun"
         async for _ in request.stream():
             pass
+
     return StreamingResponse(answer())
 
 
@@ -52,6 +57,7 @@ async def read_then_stream(request):
         for _ in range(8):
             yield b"."
             await asyncio.sleep(0.1)
+
     await request.body()
     return StreamingResponse(answer())
 
@@ -63,16 +69,28 @@ async def shout(websocket):
 
 
 ROUTES = (length, ignore, begin_then_read, busy_then_read, read_then_stream)
-APP = Starlette(routes=[*(Route(f"/{route.__name__}", route, methods=["GET", "POST"]) for route in ROUTES),
-                        WebSocketRoute("/shout", shout)])
+APP = Starlette(
+    routes=[
+        *(Route(f"/{route.__name__}", route, methods=["GET", "POST"]) for route in ROUTES),
+        WebSocketRoute("/shout", shout),
+    ]
+)
 
 
 @contextmanager
 def serving(http, **limits):
     """The real server with the limits, on a free port."""
     listener = socket.create_server(("127.0.0.1", 0), backlog=512)
-    server = uvicorn.Server(uvicorn.Config(BodyLimits(APP, **limits), http=http, log_level="critical",
-                                           timeout_keep_alive=20, timeout_graceful_shutdown=1, lifespan="off"))
+    server = uvicorn.Server(
+        uvicorn.Config(
+            BodyLimits(APP, **limits),
+            http=http,
+            log_level="critical",
+            timeout_keep_alive=20,
+            timeout_graceful_shutdown=1,
+            lifespan="off",
+        )
+    )
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
     thread.start()
     try:
@@ -87,7 +105,13 @@ def serving(http, **limits):
 
 @pytest.fixture(scope="module")
 def port():
-    with serving(limited_connections(head_s=0.6), text_bytes=MB, upload_bytes=4 * MB, text_s=0.5, upload_s=1.0) as port:
+    with serving(
+        limited_connections(head_s=0.6),
+        text_bytes=MB,
+        upload_bytes=4 * MB,
+        text_s=0.5,
+        upload_s=1.0,
+    ) as port:
         yield port
 
 
@@ -119,7 +143,11 @@ def answer(line, most_s=10):
 def refusal(line):
     status, headers, body = answer(line)
     told = json.loads(body)
-    assert headers["content-type"] == "application/problem+json" and told["status"] == status and told["fix"]
+    assert (
+        headers["content-type"] == "application/problem+json"
+        and told["status"] == status
+        and told["fix"]
+    )
     return status, told["type"].rsplit("/", 1)[1]
 
 
@@ -133,14 +161,23 @@ def is_closed(line, within_s=3.0):
         return False
 
 
-@pytest.mark.parametrize(("kind", "limit"), [(JSON, MB), ("text/plain", MB), (UPLOAD, 4 * MB + ENVELOPE_BYTES),
-                                             ("application/octet-stream", 4 * MB + ENVELOPE_BYTES)])
+@pytest.mark.parametrize(
+    ("kind", "limit"),
+    [
+        (JSON, MB),
+        ("text/plain", MB),
+        (UPLOAD, 4 * MB + ENVELOPE_BYTES),
+        ("application/octet-stream", 4 * MB + ENVELOPE_BYTES),
+    ],
+)
 @pytest.mark.parametrize("declared", [True, False], ids=["declared", "chunked"])
 def test_a_body_at_the_limit_passes_and_one_byte_more_is_refused(port, kind, limit, declared):
     for size, expected in ((limit, 200), (limit + 1, 413)):
         with connect(port) as line:
             line.sendall(head("length", kind, size if declared else None))
-            line.sendall(bytes(size) if declared else b"%x\r\n" % size + bytes(size) + b"\r\n0\r\n\r\n")
+            line.sendall(
+                bytes(size) if declared else b"%x\r\n" % size + bytes(size) + b"\r\n0\r\n\r\n"
+            )
             if expected == 200:
                 assert json.loads(answer(line)[2]) == {"length": size}
             else:
@@ -168,7 +205,11 @@ def test_a_large_body_is_not_buffered(port):
 
 
 def resident_mb():
-    return int(Path(f"/proc/{os.getpid()}/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / MB
+    return (
+        int(Path(f"/proc/{os.getpid()}/statm").read_text().split()[1])
+        * os.sysconf("SC_PAGESIZE")
+        / MB
+    )
 
 
 def test_a_body_that_trickles_is_ended_in_time(port):
@@ -234,7 +275,9 @@ def test_an_app_whose_caller_was_refused_is_not_heard_any_more(begun):
 
     scope = {"type": "http", "headers": [(b"content-type", b"text/plain")]}
     asyncio.run(BodyLimits(app, text_bytes=2)(scope, receive, send))
-    assert [m["status"] for m in sent if m["type"] == "http.response.start"] == [200 if begun else 413]
+    assert [m["status"] for m in sent if m["type"] == "http.response.start"] == [
+        200 if begun else 413
+    ]
     assert not any(m.get("body") == b"too late" for m in sent)
 
 
@@ -249,7 +292,9 @@ def test_an_answer_that_has_begun_is_cut_when_the_body_is_too_large(port):
         assert received.startswith(b"HTTP/1.1 200") and b"413" not in received
 
 
-@pytest.mark.parametrize("sent", [b"", b"G", b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: x\r\nX-Slow: 1"])
+@pytest.mark.parametrize(
+    "sent", [b"", b"G", b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: x\r\nX-Slow: 1"]
+)
 def test_a_half_open_connection_is_closed_in_time(port, sent):
     with connect(port) as line:
         begin = time.monotonic()
@@ -333,7 +378,9 @@ BUSY = head("read_then_stream", JSON, 100)  # without its body
 
 @pytest.fixture
 def others(monkeypatch):
-    monkeypatch.setattr("touchline.api.middleware.connections._is_this_machine", lambda address: address == OURS)
+    monkeypatch.setattr(
+        "touchline.api.middleware.connections._is_this_machine", lambda address: address == OURS
+    )
 
 
 def connect_from(address, port, *sent):
@@ -383,7 +430,9 @@ def test_a_websocket_lives_on_and_counts_until_its_end(others):
     from websockets.sync.client import connect as open_socket
 
     with serving(limited_connections(head_s=0.3, per_address=1)) as port:
-        with open_socket(f"ws://{OURS}:{port}/shout", close_timeout=1, source_address=("127.0.0.2", 0)) as viewer:
+        with open_socket(
+            f"ws://{OURS}:{port}/shout", close_timeout=1, source_address=("127.0.0.2", 0)
+        ) as viewer:
             time.sleep(0.5)
             viewer.send("still here")
             assert viewer.recv(timeout=LONG_S) == "still here"
@@ -393,25 +442,45 @@ def test_a_websocket_lives_on_and_counts_until_its_end(others):
 
 def test_nobody_shuts_out_this_machine_or_who_has_the_token(others):
     """Ten other machines hold whatever they may: half heads, idle connections, and requests without an end."""
-    with (serving(limited_connections(most=24, per_address=4, head_s=LONG_S, is_known=known), text_s=LONG_S) as port,
-          ExitStack() as ends):
+    with (
+        serving(
+            limited_connections(most=24, per_address=4, head_s=LONG_S, is_known=known),
+            text_s=LONG_S,
+        ) as port,
+        ExitStack() as ends,
+    ):
         for sent in (HALF, IDLE, b"", BUSY):
             for machine in range(2, 12):
                 for _ in range(4):
                     ends.enter_context(connect_from(f"127.0.1.{machine}", port, sent))
             until(lambda: status_from("127.0.0.9", port, TOKEN), lambda status: status == 200)
             for _ in range(10):
-                assert status_from(OURS, port) == 200 and status_from("127.0.0.9", port, TOKEN) == 200, sent
-                assert sent == BUSY or status_from("127.0.0.8", port) == 200, "who only waits keeps nobody out"
+                assert (
+                    status_from(OURS, port) == 200 and status_from("127.0.0.9", port, TOKEN) == 200
+                ), sent
+                assert sent == BUSY or status_from("127.0.0.8", port) == 200, (
+                    "who only waits keeps nobody out"
+                )
         for upgrade in (b"", b"Connection: Upgrade\r\nUpgrade: websocket\r\n"):
             with connect_from("127.0.0.8", port, IDLE[:-2] + upgrade + b"\r\n") as line:
-                assert refusal(line) == (503, "too-many-connections"), "the reserve is not for everybody"
+                assert refusal(line) == (503, "too-many-connections"), (
+                    "the reserve is not for everybody"
+                )
                 assert is_closed(line, LONG_S)
 
 
-@pytest.mark.parametrize(("address", "is_ours"), [
-    ("127.0.0.1", True), ("127.8.8.8", True), ("::1", True), ("", True), ("::ffff:127.0.0.1", True),
-    ("192.168.1.7", False), ("::ffff:10.0.0.1", False)])
+@pytest.mark.parametrize(
+    ("address", "is_ours"),
+    [
+        ("127.0.0.1", True),
+        ("127.8.8.8", True),
+        ("::1", True),
+        ("", True),
+        ("::ffff:127.0.0.1", True),
+        ("192.168.1.7", False),
+        ("::ffff:10.0.0.1", False),
+    ],
+)
 def test_this_machine_is_told_from_others(address, is_ours):
     from touchline.api.middleware.connections import _is_this_machine
 
@@ -434,8 +503,10 @@ def test_callers_who_misbehave_or_leave_are_no_errors_of_the_server(tmp_path):
                     line.recv(LONG_S)
             assert end.value.rcvd.code == 1007
             with connect(int(url.rpartition(":")[2])) as line:
-                line.sendall(head("api/v1/snapshots", UPLOAD, 10_000).replace(b"Host: x", b"Host: 127.0.0.1")
-                             + b"--b\r\nContent-Disposition: form-data; name=\"file\"; filename=\"a.png\"\r\n\r\nhalf")
+                line.sendall(
+                    head("api/v1/snapshots", UPLOAD, 10_000).replace(b"Host: x", b"Host: 127.0.0.1")
+                    + b'--b\r\nContent-Disposition: form-data; name="file"; filename="a.png"\r\n\r\nhalf'
+                )
                 time.sleep(0.2)  # so that it is being read
         log.seek(0)
         assert "Traceback" not in (said := log.read()) and "unexpected" not in said, said
@@ -443,9 +514,17 @@ def test_callers_who_misbehave_or_leave_are_no_errors_of_the_server(tmp_path):
 
 def test_what_is_saved_is_for_its_owner_alone(tmp_path):
     with served(tmp_path / "data") as url, connect(int(url.rpartition(":")[2])) as line:
-        field = json.dumps({"name": "mine", "length_mm": 1000, "width_mm": 900,
-                            "regions": {"full": {"x": [-500, 500], "y": [-450, 450]}}}).encode()
-        asked = head("api/v1/fields/mine", JSON, len(field), "PUT").replace(b"Host: x", b"Host: 127.0.0.1")
+        field = json.dumps(
+            {
+                "name": "mine",
+                "length_mm": 1000,
+                "width_mm": 900,
+                "regions": {"full": {"x": [-500, 500], "y": [-450, 450]}},
+            }
+        ).encode()
+        asked = head("api/v1/fields/mine", JSON, len(field), "PUT").replace(
+            b"Host: x", b"Host: 127.0.0.1"
+        )
         line.sendall(asked + field)
         assert answer(line)[0] == 200
     saved = [tmp_path / "data", *(tmp_path / "data").rglob("*")]

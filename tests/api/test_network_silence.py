@@ -35,7 +35,10 @@ def udp_sockets(pid: int) -> set[str]:
                 held.add(os.readlink(link))
             except OSError:
                 continue
-    lines = [*Path("/proc/net/udp").read_text().splitlines()[1:], *Path("/proc/net/udp6").read_text().splitlines()[1:]]
+    lines = [
+        *Path("/proc/net/udp").read_text().splitlines()[1:],
+        *Path("/proc/net/udp6").read_text().splitlines()[1:],
+    ]
     return {inode for inode in (line.split()[9] for line in lines) if f"socket:[{inode}]" in held}
 
 
@@ -44,11 +47,23 @@ def test_a_server_that_was_not_asked_has_no_socket_to_send_by(tmp_path, way):
     """Stronger than silence: without a UDP socket nothing can leave."""
     with served(tmp_path / "data") as url, closing(Line(url)) as line:
         own = Path("/proc") / str(os.getpid()) / "task"
-        child = next(int(pid) for task in own.glob("*/children") for pid in task.read_text().split()
-                     if "serve" in Path(f"/proc/{pid}/cmdline").read_text())
-        assert line.json("POST", "/cameras", {"id": "north", "source": "sim://table?size=320x256&fps=5"})[0] == 201
-        status, _, made = line.ask("POST", "/calibrations/import", *form(interchange.export(example("ssl", 0),
-                                                                                         "json").data))
+        child = next(
+            int(pid)
+            for task in own.glob("*/children")
+            for pid in task.read_text().split()
+            if "serve" in Path(f"/proc/{pid}/cmdline").read_text()
+        )
+        assert (
+            line.json(
+                "POST", "/cameras", {"id": "north", "source": "sim://table?size=320x256&fps=5"}
+            )[0]
+            == 201
+        )
+        status, _, made = line.ask(
+            "POST",
+            "/calibrations/import",
+            *form(interchange.export(example("ssl", 0), "json").data),
+        )
         assert status == 201
         assert line.json("POST", f"/calibrations/{json.loads(made)['id']}/activate")[0] == 200
         assert line.json("GET", "/publishing")[2]["cameras"][0]["published"]

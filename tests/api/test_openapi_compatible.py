@@ -18,8 +18,23 @@ from touchline.main import create_app
 from touchline.settings import Settings
 
 PROSE = {"title", "description", "summary", "operationId"}
-LIMITS = {"required", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "minLength", "maxLength", "pattern",
-          "minItems", "maxItems", "minProperties", "maxProperties", "enum", "const", "additionalProperties"}
+LIMITS = {
+    "required",
+    "minimum",
+    "maximum",
+    "exclusiveMinimum",
+    "exclusiveMaximum",
+    "minLength",
+    "maxLength",
+    "pattern",
+    "minItems",
+    "maxItems",
+    "minProperties",
+    "maxProperties",
+    "enum",
+    "const",
+    "additionalProperties",
+}
 CHANGED = (
     # Announced in the changelog: the part of the field that an image shows is recognised.
     "/calibrations/auto/post/requestBody/content/application/json/schema/properties/region/default: 'full' → 'auto'",
@@ -58,12 +73,23 @@ class Comparison:
         if isinstance(old, dict) and isinstance(new, dict):
             is_response = "/responses/" in at
             for key in old.keys() - (set() if prose else PROSE):
-                if key == "additionalProperties" and old[key] is True and (is_response or key not in new):
+                if (
+                    key == "additionalProperties"
+                    and old[key] is True
+                    and (is_response or key not in new)
+                ):
                     continue  # where nothing is said of them, they are allowed as well
                 if key == "required" and key not in new and not is_response:
                     continue  # a request may ask for less
-                if is_response and key == "additionalProperties" and new.get(key, True) is True and "properties" in new:
-                    named = new["properties"].keys() - old.get("properties", {}).keys() - {STATEMENTS}
+                if (
+                    is_response
+                    and key == "additionalProperties"
+                    and new.get(key, True) is True
+                    and "properties" in new
+                ):
+                    named = (
+                        new["properties"].keys() - old.get("properties", {}).keys() - {STATEMENTS}
+                    )
                     for name in named:  # what was any name
                         yield from self.of(old[key], new["properties"][name], f"{at}/{name}")
                 # one of what it may have been
@@ -73,7 +99,9 @@ class Comparison:
                 elif key not in new:
                     yield f"{at}/{key} is gone"
                 else:
-                    yield from self.of(old[key], new[key], f"{at}/{key}", prose=key in ("properties", "paths"))
+                    yield from self.of(
+                        old[key], new[key], f"{at}/{key}", prose=key in ("properties", "paths")
+                    )
             if not prose and not is_response:
                 yield from (f"{at}/{key} is new" for key in LIMITS & (new.keys() - old.keys()))
         elif isinstance(old, list) and isinstance(new, list):
@@ -98,32 +126,47 @@ def test_the_description_loses_and_renames_nothing(before, after):
 
 
 def test_no_call_is_renamed(after):
-    names = json.loads((ROOT / "tests" / "golden" / "operation_ids.json").read_text(encoding="utf-8"))
-    assert names.items() - {f"{method.upper()} {path}": call["operationId"] for path, calls in after["paths"].items()
-                            for method, call in calls.items()}.items() == set()
+    names = json.loads(
+        (ROOT / "tests" / "golden" / "operation_ids.json").read_text(encoding="utf-8")
+    )
+    assert (
+        names.items()
+        - {
+            f"{method.upper()} {path}": call["operationId"]
+            for path, calls in after["paths"].items()
+            for method, call in calls.items()
+        }.items()
+        == set()
+    )
 
 
-@pytest.mark.parametrize("change", [
-    lambda paths: paths.pop("/api/v1/lenses/{id}"),
-    lambda paths: paths["/api/v1/lenses/{id}"].pop("delete"),
-    lambda paths: paths["/api/v1/lenses"]["get"]["parameters"].pop(),
-    lambda paths: paths["/api/v1/lenses"]["get"]["parameters"][0]["schema"].update(maximum=300),
-    lambda paths: paths["/api/v1/rigs/{name}"]["put"]["responses"].pop("201"),
-])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda paths: paths.pop("/api/v1/lenses/{id}"),
+        lambda paths: paths["/api/v1/lenses/{id}"].pop("delete"),
+        lambda paths: paths["/api/v1/lenses"]["get"]["parameters"].pop(),
+        lambda paths: paths["/api/v1/lenses"]["get"]["parameters"][0]["schema"].update(maximum=300),
+        lambda paths: paths["/api/v1/rigs/{name}"]["put"]["responses"].pop("201"),
+    ],
+)
 def test_a_loss_is_seen(before, change):
     after = copy.deepcopy(before)
     change(after["paths"])
     assert Comparison(before, after).losses()
 
 
-@pytest.mark.parametrize(("component", "change"), [
-    ("FitRequest", lambda schema: schema["properties"].pop("note")),
-    ("FitRequest", lambda schema: schema["required"].remove("field")),
-    ("FitRequest", lambda schema: schema["required"].append("note")),
-    ("FitRequest", lambda schema: schema["properties"]["observations"].update(minItems=1)),
-    ("Snapshot", lambda schema: schema["properties"]["width"].update(type="number")),
-    ("CameraStatus", lambda schema: schema["properties"]["state"]["enum"].remove("stalled")),
-])
+@pytest.mark.parametrize(
+    ("component", "change"),
+    [
+        ("FitRequest", lambda schema: schema["properties"].pop("note")),
+        ("FitRequest", lambda schema: schema["required"].remove("field")),
+        ("FitRequest", lambda schema: schema["required"].append("note")),
+        ("FitRequest", lambda schema: schema["properties"]["observations"].update(minItems=1)),
+        ("Snapshot", lambda schema: schema["properties"]["width"].update(type="number")),
+        ("CameraStatus", lambda schema: schema["properties"]["state"]["enum"].remove("stalled")),
+    ],
+)
 def test_a_loss_within_a_component_is_seen(before, component, change):
     after = copy.deepcopy(before)
     change(after["components"]["schemas"][component])

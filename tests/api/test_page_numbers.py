@@ -45,17 +45,26 @@ def observations() -> list[dict]:
 
 
 @pytest.mark.parametrize(("border", "axis", "run"), [("left", "x_of_y", 1), ("top", "y_of_x", 0)])
-def test_a_borders_curve_bends_to_a_point_as_the_server_does(standing, observations, border, axis, run):
+def test_a_borders_curve_bends_to_a_point_as_the_server_does(
+    standing, observations, border, axis, run
+):
     points = next(o["points"] for o in observations if o["feature"] == border)
 
     def told(points, degree) -> dict:
-        return standing.post(f"{API}/fit/border", json={
-            "axis": axis, "image_size": [WIDTH, HEIGHT], "points": points, "degree": degree}).json()
+        return standing.post(
+            f"{API}/fit/border",
+            json={"axis": axis, "image_size": [WIDTH, HEIGHT], "points": points, "degree": degree},
+        ).json()
 
     before = told(points, 3)
-    moved = [[x + 1.2 * (i == 2) * run, y + 1.2 * (i == 2) * (1 - run)] for i, (x, y) in enumerate(points)]
+    moved = [
+        [x + 1.2 * (i == 2) * run, y + 1.2 * (i == 2) * (1 - run)]
+        for i, (x, y) in enumerate(points)
+    ]
     want, got = told(moved, 3), by_page(CURVE, curve=before, points=moved, run=run)
-    assert want["outliers"] == [] and np.abs(np.subtract(want["curve"], before["curve"])).max() > 0.2
+    assert (
+        want["outliers"] == [] and np.abs(np.subtract(want["curve"], before["curve"])).max() > 0.2
+    )
     np.testing.assert_allclose(got["curve"], want["curve"], atol=1e-6)
     np.testing.assert_allclose(got["residuals_px"], want["residuals_px"], atol=1e-6)
     assert got["rms_px"] == pytest.approx(want["rms_px"], abs=1e-6)
@@ -63,18 +72,40 @@ def test_a_borders_curve_bends_to_a_point_as_the_server_does(standing, observati
 
 def test_the_papers_correction_bends_as_the_server_does(standing, observations):
     def told(observations) -> dict:
-        return standing.post(f"{API}/fit/preview", params={"quick": True, "mesh_margin_px": 40}, json={
-            "field": CAMERAS[0]["field"], "region": CAMERAS[0]["region"], "image_size": [WIDTH, HEIGHT],
-            "model": "polynomial", "options": {"degree": 3}, "observations": observations}).json()
+        return standing.post(
+            f"{API}/fit/preview",
+            params={"quick": True, "mesh_margin_px": 40},
+            json={
+                "field": CAMERAS[0]["field"],
+                "region": CAMERAS[0]["region"],
+                "image_size": [WIDTH, HEIGHT],
+                "model": "polynomial",
+                "options": {"degree": 3},
+                "observations": observations,
+            },
+        ).json()
 
     before = told(observations)
-    moved = [{**o, "points": [[x + 1.5 * (i == 3), y - 2 * (i == 4)] for i, (x, y) in enumerate(o["points"])]}
-             for o in observations]
+    moved = [
+        {
+            **o,
+            "points": [
+                [x + 1.5 * (i == 3), y - 2 * (i == 4)] for i, (x, y) in enumerate(o["points"])
+            ],
+        }
+        for o in observations
+    ]
     after = told(moved)
     assert not any(r["outlier"] for f in after["report"]["per_feature"] for r in f["residuals"])
-    want, was = (np.frombuffer(base64.b64decode(it["mesh"]["raw_px"]), "<f4") for it in (after, before))
-    got = by_page(MESH, mesh=after["mesh"], model=before["model"]["parameters"],
-                  points={o["feature"]: o["points"] for o in moved})
+    want, was = (
+        np.frombuffer(base64.b64decode(it["mesh"]["raw_px"]), "<f4") for it in (after, before)
+    )
+    got = by_page(
+        MESH,
+        mesh=after["mesh"],
+        model=before["model"]["parameters"],
+        points={o["feature"]: o["points"] for o in moved},
+    )
     assert want.shape != was.shape or np.abs(want - was).max() > 0.5  # it was bent at all
     np.testing.assert_allclose(np.array(got, float), want, atol=2e-3)
 
@@ -86,5 +117,7 @@ def test_every_field_that_comes_with_touchline_passes_through_the_editor_unchang
         name = f"{field['name']}-again"
         kept = client.put(f"{API}/fields/{name}", json={**sent, "name": name})
         assert kept.is_success, kept.text
-        made, shipped = (client.get(f"{API}/fields/{one}/export/json").text for one in (name, field["name"]))
+        made, shipped = (
+            client.get(f"{API}/fields/{one}/export/json").text for one in (name, field["name"])
+        )
         assert made.replace(f'"name": "{name}"', f'"name": "{field["name"]}"') == shipped

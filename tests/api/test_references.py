@@ -10,11 +10,21 @@ import pytest
 from tests.support.refusals import API, refusal
 
 RACES = 12
-FIELD = {"name": "mine", "length_mm": 3000, "width_mm": 2000,
-         "lines": [{"name": "middle", "from": [0, -1000], "to": [0, 1000], "width_mm": 20}],
-         "regions": {"full": {"x": [-1500, 1500], "y": [-1000, 1000]}, "left": {"x": [-1500, 0], "y": [-1000, 1000]}}}
+FIELD = {
+    "name": "mine",
+    "length_mm": 3000,
+    "width_mm": 2000,
+    "lines": [{"name": "middle", "from": [0, -1000], "to": [0, 1000], "width_mm": 20}],
+    "regions": {
+        "full": {"x": [-1500, 1500], "y": [-1000, 1000]},
+        "left": {"x": [-1500, 0], "y": [-1000, 1000]},
+    },
+}
 WITHOUT_LEFT = {**FIELD, "regions": {"full": FIELD["regions"]["full"]}}
-COLOURS = {"name": "hall", "colours": {"orange": [{"rgb": [250, 112, 30]}], "green": [{"rgb": [10, 120, 30]}]}}
+COLOURS = {
+    "name": "hall",
+    "colours": {"orange": [{"rgb": [250, 112, 30]}], "green": [{"rgb": [10, 120, 30]}]},
+}
 CAMERA = {"name": "Camera", "source": "sim://table"}
 NUMBERS = count()
 other = "none"  # a camera that is there and names nothing; another one each time
@@ -33,18 +43,30 @@ def remove_region(client):
 
 
 def add_camera(client):
-    return client.post(f"{API}/cameras", json={**CAMERA, "id": f"camera-{next(NUMBERS)}", "field": "mine",
-                                               "region": "left"})
+    return client.post(
+        f"{API}/cameras",
+        json={**CAMERA, "id": f"camera-{next(NUMBERS)}", "field": "mine", "region": "left"},
+    )
 
 
 def change_camera(client):
     etag = client.get(f"{API}/cameras/{other}").headers["ETag"]
-    return client.patch(f"{API}/cameras/{other}", json={"field": "mine", "region": "left"}, headers={"If-Match": etag})
+    return client.patch(
+        f"{API}/cameras/{other}",
+        json={"field": "mine", "region": "left"},
+        headers={"If-Match": etag},
+    )
 
 
 def save_rig(client):
-    return client.put(f"{API}/rigs/rig-{next(NUMBERS)}", json={"title": "Rig", "field": "mine", "cameras": [
-        {"camera": other, "region": "left", "rotate": None}]})
+    return client.put(
+        f"{API}/rigs/rig-{next(NUMBERS)}",
+        json={
+            "title": "Rig",
+            "field": "mine",
+            "cameras": [{"camera": other, "region": "left", "rotate": None}],
+        },
+    )
 
 
 def publish(client):
@@ -61,8 +83,12 @@ def delete_colours(client):
 
 def name_colours(client):
     answer = client.get(f"{API}/cameras/{other}/seeing")
-    body = {key: answer.json()[key] for key in ("on", "plan", "profile", "publish")} | {"colours": "hall"}
-    return client.put(f"{API}/cameras/{other}/seeing", json=body, headers={"If-Match": answer.headers["ETag"]})
+    body = {key: answer.json()[key] for key in ("on", "plan", "profile", "publish")} | {
+        "colours": "hall"
+    }
+    return client.put(
+        f"{API}/cameras/{other}/seeing", json=body, headers={"If-Match": answer.headers["ETag"]}
+    )
 
 
 def clear(client):
@@ -79,10 +105,20 @@ def clear(client):
 
 
 # What is there first, what would take it away, who names it, and the reason of the refusal.
-TABLE = [*((put_field, delete_field, name, "field-used") for name in (add_camera, change_camera, save_rig, publish)),
-         *((put_field, remove_region, name, "region-used") for name in (add_camera, change_camera, save_rig)),
-         (put_colours, delete_colours, name_colours, "colours-used")]
-NAMED = pytest.mark.parametrize("put, take, name, reason", TABLE, ids=lambda part: getattr(part, "__name__", None))
+TABLE = [
+    *(
+        (put_field, delete_field, name, "field-used")
+        for name in (add_camera, change_camera, save_rig, publish)
+    ),
+    *(
+        (put_field, remove_region, name, "region-used")
+        for name in (add_camera, change_camera, save_rig)
+    ),
+    (put_colours, delete_colours, name_colours, "colours-used"),
+]
+NAMED = pytest.mark.parametrize(
+    "put, take, name, reason", TABLE, ids=lambda part: getattr(part, "__name__", None)
+)
 
 
 @NAMED

@@ -22,14 +22,20 @@ SMALL = Board("chessboard", 8, 6, 30.0)
 
 def seen(count=15, **more):
     """The body of a board calibration from corners."""
-    views = [{**view.to_json(), "object_points": view.places_mm.tolist()} for view in views_of(count=count)]
+    views = [
+        {**view.to_json(), "object_points": view.places_mm.tolist()}
+        for view in views_of(count=count)
+    ]
     return {"views": views, "image_size": list(SIZE), "board": BOARD.to_json(), **more}
 
 
 @pytest.fixture(scope="module")
 def lens(standing):
     """A job's result: a lens from corners."""
-    told = finished(standing, accepted(standing.post(f"{CAL}/board", json=seen(camera="north", note="metre board"))))
+    told = finished(
+        standing,
+        accepted(standing.post(f"{CAL}/board", json=seen(camera="north", note="metre board"))),
+    )
     assert told["state"] == "done", told
     return told["result"]
 
@@ -40,7 +46,11 @@ def test_a_lens_from_corners_is_the_camera_s_and_is_kept_whole(standing, lens):
     assert record["lens"]["focal_px"] == pytest.approx(TRUTH.focal_px, abs=0.5)
     assert record["lens"]["centre_px"] == pytest.approx(TRUTH.centre_px, abs=1)
     assert (record["model"], record["camera"], record["note"], record["snapshots"]) == (
-        "brown-conrady", "north", "metre board", None)
+        "brown-conrady",
+        "north",
+        "metre board",
+        None,
+    )
     assert record["board"] == BOARD.to_json() and record["image_size"] == list(SIZE)
     assert record["report"]["sigma_px"] == pytest.approx(0.2, rel=0.1)
     (short,) = [item for item in standing.get(LENSES).json()["items"] if item["id"] == lens["lens"]]
@@ -51,7 +61,9 @@ def test_a_lens_from_corners_is_the_camera_s_and_is_kept_whole(standing, lens):
 def test_a_field_s_fit_holds_the_lens_by_its_id(standing, lens, sigma):
     standing.put(f"{API}/fields/plain-4x3", json=FIELD)
     truth, body = clicks_through_the_lens()
-    answer = standing.post(CAL, json={**body, "options": {"lens": lens["lens"], "lens_sigma": sigma}})
+    answer = standing.post(
+        CAL, json={**body, "options": {"lens": lens["lens"], "lens_sigma": sigma}}
+    )
     assert answer.status_code == 201, answer.text
     made = answer.json()
     found, kept = made["model"]["parameters"], lens["record"]["lens"]
@@ -71,7 +83,9 @@ def test_without_the_lens_the_same_clicks_know_the_height_far_worse(standing, le
     standing.put(f"{API}/fields/plain-4x3", json=FIELD)
     truth, body = clicks_through_the_lens()
     alone = standing.post(CAL, json=body).json()["model"]["parameters"]
-    held = standing.post(CAL, json={**body, "options": {"lens": lens["lens"]}}).json()["model"]["parameters"]
+    held = standing.post(CAL, json={**body, "options": {"lens": lens["lens"]}}).json()["model"][
+        "parameters"
+    ]
     misses = [abs(p["position_mm"][2] - truth.position_mm[2]) for p in (alone, held)]
     assert misses[0] > 3 * misses[1]
 
@@ -80,17 +94,29 @@ def test_the_lens_of_a_calibration_is_held_as_well_as_its_own_clicks_told_it(sta
     """The next pose holds it by its id; one that held it fast itself cannot say how well it is known."""
     standing.put(f"{API}/fields/plain-4x3", json=FIELD)
     _, body = clicks_through_the_lens()
-    first = standing.post(CAL, json={**body, "options": {"height_mm": {"value": 4000.0, "sigma": 30.0}}}).json()
+    first = standing.post(
+        CAL, json={**body, "options": {"height_mm": {"value": 4000.0, "sigma": 30.0}}}
+    ).json()
     own = {"lens": first["id"], "lens_sigma": "own"}
     answer = standing.post(CAL, json={**body, "options": own})
     assert answer.status_code == 201, answer.text
     made = answer.json()
     assert "log_focal" in made["report"]["covariance"]["names"]
     assert made["options"]["lens"]["covariance"] == first["report"]["covariance"]
-    moved = abs(np.log(made["model"]["parameters"]["focal_px"] / first["model"]["parameters"]["focal_px"]))
+    moved = abs(
+        np.log(made["model"]["parameters"]["focal_px"] / first["model"]["parameters"]["focal_px"])
+    )
     names = first["report"]["covariance"]["names"]
-    assert 0 < moved < 4 * np.sqrt(first["report"]["covariance"]["matrix"][names.index("log_focal")][
-        names.index("log_focal")])
+    assert (
+        0
+        < moved
+        < 4
+        * np.sqrt(
+            first["report"]["covariance"]["matrix"][names.index("log_focal")][
+                names.index("log_focal")
+            ]
+        )
+    )
     fast = standing.post(CAL, json={**body, "options": {"lens": first["id"]}}).json()
     refusal = standing.post(CAL, json={**body, "options": {**own, "lens": fast["id"]}})
     assert refusal.status_code == 422 and refusal.json()["type"].endswith("lens-sigma-unknown")
@@ -104,12 +130,24 @@ REFUSED = {
     "unknown model": ({"model": "no-such"}, 404, "unknown-camera-model"),
     "a model without a lens": ({"model": "polynomial"}, 422, "bad-model"),
     "unknown option": ({"options": {"degree": 3}}, 422, "unknown-option"),
-    "unknown board": ({"board": {"kind": "dartboard", "columns": 9, "rows": 6, "square_mm": 30}}, 422, "bad-board"),
-    "no squares": ({"board": {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 0}}, 422, "bad-board"),
+    "unknown board": (
+        {"board": {"kind": "dartboard", "columns": 9, "rows": 6, "square_mm": 30}},
+        422,
+        "bad-board",
+    ),
+    "no squares": (
+        {"board": {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 0}},
+        422,
+        "bad-board",
+    ),
     "no views": ({"views": []}, 422, None),
     "uneven": ({"views": [{"image_points": [[1, 2]], "object_points": []}]}, 422, "bad-view"),
     "no triple": ({"views": [{"image_points": [[1, 2]], "object_points": [[1]]}]}, 422, None),
-    "snapshots without a board": ({"views": None, "snapshots": ["a"], "board": None}, 422, "no-board"),
+    "snapshots without a board": (
+        {"views": None, "snapshots": ["a"], "board": None},
+        422,
+        "no-board",
+    ),
     "an unknown snapshot": ({"views": None, "snapshots": ["nobody"]}, 404, "unknown-snapshot"),
 }
 
@@ -143,7 +181,9 @@ def drawn(seed):
     turn = rng.uniform(-0.3, 0.3)
     c, s = 2.6 * np.cos(turn), 2.6 * np.sin(turn)
     lean = rng.uniform(-6e-4, 6e-4, 2)
-    homography = np.array([[c, -s, 180 + rng.uniform(0, 100)], [s, c, 180 + rng.uniform(0, 60)], [*lean, 1]])
+    homography = np.array(
+        [[c, -s, 180 + rng.uniform(0, 100)], [s, c, 180 + rng.uniform(0, 60)], [*lean, 1]]
+    )
     return picture_of(SMALL, homography)
 
 
@@ -158,12 +198,18 @@ def snapshots(standing):
 
 def test_the_board_is_found_in_kept_pictures_and_one_without_it_is_named(standing, snapshots):
     blank = uploaded(standing, np.full((800, 1000, 3), 90, np.uint8))
-    body = {"snapshots": [*snapshots, blank], "board": SMALL.to_json(), "options": {"terms": [], "warp": False}}
+    body = {
+        "snapshots": [*snapshots, blank],
+        "board": SMALL.to_json(),
+        "options": {"terms": [], "warp": False},
+    }
     told = finished(standing, accepted(standing.post(f"{CAL}/board", json=body)))
     assert told["state"] == "done", told
     record = told["result"]["record"]
     assert record["snapshots"] == body["snapshots"] and record["image_size"] == [1000, 800]
-    assert [view["name"] for view in record["report"]["views"]] == [f"image {n}" for n in range(1, 6)]
+    assert [view["name"] for view in record["report"]["views"]] == [
+        f"image {n}" for n in range(1, 6)
+    ]
     assert all(view["corners"] == 48 for view in record["report"]["views"])
     (named,) = [w for w in record["report"]["warnings"] if w["reason"] == "no-board"]
     assert named["index"] == 5 and named["text"].startswith("Image 6 shows no")
@@ -174,7 +220,10 @@ def test_pictures_without_any_board_or_of_two_sizes_are_refused(standing, snapsh
     body = {"snapshots": snapshots[:1], "board": other}
     told = finished(standing, accepted(standing.post(f"{CAL}/board", json=body)))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/no-board"
-    body = {"snapshots": [snapshots[0], uploaded(standing, np.zeros((80, 100, 3), np.uint8))], "board": SMALL.to_json()}
+    body = {
+        "snapshots": [snapshots[0], uploaded(standing, np.zeros((80, 100, 3), np.uint8))],
+        "board": SMALL.to_json(),
+    }
     refusal(standing.post(f"{CAL}/board", json=body), 409, "size-mismatch")
     body = {"snapshots": snapshots, "board": SMALL.to_json(), "image_size": [100, 80]}
     refusal(standing.post(f"{CAL}/board", json=body), 409, "size-mismatch")
@@ -193,9 +242,14 @@ def test_a_picture_damaged_on_disk_is_a_failed_job(standing, snapshots):
 @pytest.mark.long
 def test_the_classic_left_camera_from_its_own_pictures(client, real_data):
     pictures = sorted(real_data("boards/opencv_left_right").glob("left*.jpg"))
-    kept = [client.post(f"{API}/snapshots", files={"file": path.read_bytes()}).json()["id"] for path in pictures]
+    kept = [
+        client.post(f"{API}/snapshots", files={"file": path.read_bytes()}).json()["id"]
+        for path in pictures
+    ]
     board = {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 25.0}
-    told = finished(client, accepted(client.post(f"{CAL}/board", json={"snapshots": kept, "board": board})))
+    told = finished(
+        client, accepted(client.post(f"{CAL}/board", json={"snapshots": kept, "board": board}))
+    )
     assert told["state"] == "done", told
     record = told["result"]["record"]
     assert record["report"]["rms_px"] < 0.25

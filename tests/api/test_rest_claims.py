@@ -34,7 +34,10 @@ def against(client, id, **sent):
     """The codes of what an activation is refused for."""
     problem = refusal(client.post(f"{CAL}/{id}/activate", **sent), 409)
     assert problem["type"].endswith("problems-found") and problem["fix"]
-    assert all(claim["title"] and claim["state"] != "held" and claim["gates"] for claim in problem["claims"])
+    assert all(
+        claim["title"] and claim["state"] != "held" and claim["gates"]
+        for claim in problem["claims"]
+    )
     return [claim["code"] for claim in problem["claims"]]
 
 
@@ -53,15 +56,24 @@ def test_what_is_held_was_tried_and_a_good_version_is_activated_without_a_questi
     camera, id = good
     gate, claims = claims_of(camera.client, id)
     assert gate in ("ready", "not-tested"), claims
-    assert {claims[code]["state"] for code in ("lines", "live-image", "region", "accuracy", "model")} == {"held"}
+    assert {
+        claims[code]["state"] for code in ("lines", "live-image", "region", "accuracy", "model")
+    } == {"held"}
     assert all(claim["tried"] for claim in claims.values() if claim["state"] == "held")
     quick = claims_of(camera.client, id, look=False)[1]
     assert "live-image" not in quick and quick["accuracy"] == claims["accuracy"]
     assert camera.client.post(f"{CAL}/{id}/activate").status_code == 200
-    assert camera.client.get(f"{CAL}/activations", params={"camera": camera.id}).json()["items"][0]["despite"] == []
+    assert (
+        camera.client.get(f"{CAL}/activations", params={"camera": camera.id}).json()["items"][0][
+            "despite"
+        ]
+        == []
+    )
 
 
-def test_a_camera_that_moved_since_its_picture_was_taken_is_seen_before_activation_and_going_back(good):
+def test_a_camera_that_moved_since_its_picture_was_taken_is_seen_before_activation_and_going_back(
+    good,
+):
     camera, first = good
     client = camera.client
     activate_despite(client, first)
@@ -79,7 +91,9 @@ def test_a_camera_that_moved_since_its_picture_was_taken_is_seen_before_activati
         camera.set_on(knock=0)
     newest = client.get(f"{CAL}/activations", params={"camera": camera.id}).json()["items"][0]
     assert newest["calibration"] == second and newest["despite"] == codes
-    event = next(one for one in client.get(f"{API}/events").json()["items"] if one["kind"] == "activated")
+    event = next(
+        one for one in client.get(f"{API}/events").json()["items"] if one["kind"] == "activated"
+    )
     assert event["despite"] == codes and f"Known problems: {len(codes)}." in event["text"]
 
 
@@ -103,28 +117,45 @@ def test_a_version_of_another_area_field_or_size_is_not_activated_without_a_ques
     camera, _ = good
     client = camera.client
     version = camera.saved(task(snapshot=camera.taken()))
-    for values, code in (({"region": "half-left"}, "region"), ({"field": "vsss-3v3", "region": None}, "camera-field")):
+    for values, code in (
+        ({"region": "half-left"}, "region"),
+        ({"field": "vsss-3v3", "region": None}, "camera-field"),
+    ):
         changed(client, camera, **values)
         try:
             assert code in against(client, version)
             report = client.get(f"{CAL}/{version}/report.json").json()
-            assert [claim["state"] for claim in report["claims"] if claim["code"] == code] == ["refuted"]
+            assert [claim["state"] for claim in report["claims"] if claim["code"] == code] == [
+                "refuted"
+            ]
         finally:
             changed(client, camera, field="table", region="full")
-    small = client.post(f"{API}/snapshots", files={"file": encoded("png", gradient(320, 256))}).json()["id"]
+    small = client.post(
+        f"{API}/snapshots", files={"file": encoded("png", gradient(320, 256))}
+    ).json()["id"]
     other = task()
-    other["observations"] = [{**one, "points": [[x / 1.5, y / 1.5] for x, y in one["points"]]}
-                             for one in other["observations"]]
+    other["observations"] = [
+        {**one, "points": [[x / 1.5, y / 1.5] for x, y in one["points"]]}
+        for one in other["observations"]
+    ]
     of_small = camera.saved({**other, "snapshot": small})
-    assert states(client, of_small)["live-image"] == "refuted" and "live-image" in against(client, of_small)
+    assert states(client, of_small)["live-image"] == "refuted" and "live-image" in against(
+        client, of_small
+    )
 
 
 def test_what_cannot_be_tested_is_not_held(client):
     """A version without a picture, of a camera that is not there."""
     made = client.post(CAL, json={**task(image_size=[480, 384]), "camera": "gone"}).json()["id"]
     gate, claims = claims_of(client, made)
-    assert claims["lines"]["state"] == "not-tested" and "live-image" not in claims and gate == "not-tested"
-    client.post(f"{API}/cameras", json={"id": "dead", "source": "picture://none.png", "field": "table"})
+    assert (
+        claims["lines"]["state"] == "not-tested"
+        and "live-image" not in claims
+        and gate == "not-tested"
+    )
+    client.post(
+        f"{API}/cameras", json={"id": "dead", "source": "picture://none.png", "field": "table"}
+    )
     other = client.post(CAL, json={**task(image_size=[480, 384]), "camera": "dead"}).json()["id"]
     assert claims_of(client, other)[1]["live-image"]["state"] == "not-tested"
     refusal(client.get(f"{CAL}/nothing/claims"), 404)
@@ -143,15 +174,29 @@ def test_a_site_is_ready_only_where_each_camera_is_seen_to_stand_as_it_did(follo
     camera.becomes("knocked")
     gate, claims = readiness(client)
     assert (gate, claims["cameras-in-place"]["state"], claims["cameras-in-place"]["camera"]) == (
-        "problems", "refuted", camera.id)
+        "problems",
+        "refuted",
+        camera.id,
+    )
 
 
-HALF = "sim://ssl-div-b?cameras=2&camera={}&size=480x384&fps=10&tilt=3&play=field&robots=4&serial={}"
+HALF = (
+    "sim://ssl-div-b?cameras=2&camera={}&size=480x384&fps=10&tilt=3&play=field&robots=4&serial={}"
+)
 
 
-def test_exchanged_cables_and_one_stream_under_two_cameras_are_seen_though_the_halves_look_alike(tmp_path):
-    left, right = ({"id": region, "source": HALF.format(number, number), "field": "ssl-div-b", "region": region}
-                   for number, region in enumerate(("half-left", "half-right")))
+def test_exchanged_cables_and_one_stream_under_two_cameras_are_seen_though_the_halves_look_alike(
+    tmp_path,
+):
+    left, right = (
+        {
+            "id": region,
+            "source": HALF.format(number, number),
+            "field": "ssl-div-b",
+            "region": region,
+        }
+        for number, region in enumerate(("half-left", "half-right"))
+    )
     with TestClient(create_app(Settings(data=tmp_path)), base_url=HERE) as client:
         for half in (left, right):
             client.post(f"{API}/cameras", json=half)
@@ -159,9 +204,13 @@ def test_exchanged_cables_and_one_stream_under_two_cameras_are_seen_though_the_h
             camera.activated_of(version_of(half, snapshot=camera.taken()))
 
         def own_images(said, state="refuted"):
-            found = until(lambda: readiness(client)[1]["cameras-own-images"],
-                          lambda claim: claim["state"] == state and said in claim["title"])
-            assert bool(found["tried"]) and found["gates"] is (state == "refuted") is bool(found["fix"])
+            found = until(
+                lambda: readiness(client)[1]["cameras-own-images"],
+                lambda claim: claim["state"] == state and said in claim["title"],
+            )
+            assert bool(found["tried"]) and found["gates"] is (state == "refuted") is bool(
+                found["fix"]
+            )
             return found
 
         own_images("own image", "held")
@@ -170,7 +219,10 @@ def test_exchanged_cables_and_one_stream_under_two_cameras_are_seen_though_the_h
         changed(client, other := Followed(client, "half-right"), source=HALF.format(0, 1))
         assert own_images("exchanged")["camera"] == "half-left"
         again = camera.saved(version_of(left, image_size=[480, 384]))
-        claim = until(lambda: claims_of(client, again)[1]["live-image"], lambda claim: claim["state"] == "refuted")
+        claim = until(
+            lambda: claims_of(client, again)[1]["live-image"],
+            lambda claim: claim["state"] == "refuted",
+        )
         assert "another camera" in claim["title"] and "live-image" in against(client, again)
         changed(client, other, source=HALF.format(1, 1) + "&noise=3")
         own_images("same image")
@@ -180,5 +232,10 @@ def test_exchanged_cables_and_one_stream_under_two_cameras_are_seen_though_the_h
 
 def version_of(half, **more):
     observations = calibrated(half["source"], "brown-conrady", region=half["region"]).observations
-    return {"field": half["field"], "region": half["region"], "model": "brown-conrady",
-            "observations": [dict(one) for one in observations], **more}
+    return {
+        "field": half["field"],
+        "region": half["region"],
+        "model": "brown-conrady",
+        "observations": [dict(one) for one in observations],
+        **more,
+    }

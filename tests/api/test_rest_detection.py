@@ -87,33 +87,65 @@ def seen_until(client, wanted, camera="north"):
 
 def test_a_camera_without_calibration_sees_in_pixels_by_colours_it_finds_itself(client, play):
     told = client.get(f"{API}/cameras/bare/seeing").json()
-    assert told["on"] and told["plan"]["name"] == "ssl" and told["colours"] is None and not told["publish"]
-    answer = until(lambda: client.get(f"{API}/cameras/bare/detections"),
-                   lambda answer: answer.status_code != 503)  # until then its process is starting
+    assert (
+        told["on"]
+        and told["plan"]["name"] == "ssl"
+        and told["colours"] is None
+        and not told["publish"]
+    )
+    answer = until(
+        lambda: client.get(f"{API}/cameras/bare/detections"),
+        lambda answer: answer.status_code != 503,
+    )  # until then its process is starting
     assert answer.status_code == 200, answer.text
     seen = answer.json()
-    assert seen["calibration"] is None and any("positions are not available" in note for note in seen["notes"])
+    assert seen["calibration"] is None and any(
+        "positions are not available" in note for note in seen["notes"]
+    )
     assert seen["items"] and all(item["x_mm"] is None for item in seen["items"])
-    told = until(lambda: client.get(f"{API}/cameras/bare/seeing").json(), lambda told: told["learned"])
+    told = until(
+        lambda: client.get(f"{API}/cameras/bare/seeing").json(), lambda told: told["learned"]
+    )
     assert told["learned"] == "picture" and "orange" in told["profile"]["colours"]
     assert {one["level"] for one in told["health"]} <= {"good", "close", "mixed"}
 
 
 def test_robots_and_ball_stand_where_they_are_with_number_and_covariance(client, play, taught):
     truth = play.robots
-    seen = seen_until(client, lambda seen: seen["calibration"] == taught["id"] and len(seen["items"]) > len(truth))
+    seen = seen_until(
+        client, lambda seen: seen["calibration"] == taught["id"] and len(seen["items"]) > len(truth)
+    )
     robots = {(d["team"], d["id"]): d for d in seen["items"] if d["kind"] == "robot"}
     assert set(truth) <= set(robots)
-    off = [np.hypot(robots[key]["x_mm"] - r.x_mm, robots[key]["y_mm"] - r.y_mm) for key, r in truth.items()]
+    off = [
+        np.hypot(robots[key]["x_mm"] - r.x_mm, robots[key]["y_mm"] - r.y_mm)
+        for key, r in truth.items()
+    ]
     assert np.median(off) < 8 and max(off) < 25, off
-    turned = [abs((robots[key]["orientation_deg"] - np.degrees(r.angle) + 180) % 360 - 180) for key, r in truth.items()]
+    turned = [
+        abs((robots[key]["orientation_deg"] - np.degrees(r.angle) + 180) % 360 - 180)
+        for key, r in truth.items()
+    ]
     assert max(turned) < 8
     assert all(np.linalg.eigvalsh(d["covariance_mm2"]).min() > 0 for d in robots.values())
-    assert [s["name"] for s in seen["stages"]] == ["noise", "colours", "blobs", "butterfly", "ball", "places"]
+    assert [s["name"] for s in seen["stages"]] == [
+        "noise",
+        "colours",
+        "blobs",
+        "butterfly",
+        "ball",
+        "places",
+    ]
     assert seen["ms"] == pytest.approx(sum(s["ms"] for s in seen["stages"]), abs=0.1)
     told = client.get(f"{API}/cameras/north/seeing").json()
     assert told["learned"] == "clicks" and told["profile"]["name"] == "hall"
-    assert {one["colour"] for one in told["health"]} == {"orange", "yellow", "blue", "pink", "green"}
+    assert {one["colour"] for one in told["health"]} == {
+        "orange",
+        "yellow",
+        "blue",
+        "pink",
+        "green",
+    }
 
 
 def test_frames_come_one_after_the_other_to_whoever_listens(client, taught):
@@ -143,11 +175,22 @@ def test_a_view_is_had_as_a_single_picture_too_and_one_that_is_none_is_refused(c
 def test_another_plan_is_followed_at_once_and_kept(client, taught):
     seen_until(client, lambda seen: any(item["kind"] == "ball" for item in seen["items"]))
     plan = client.get(f"{API}/cameras/north/seeing").json()["plan"]
-    put(client, plan={**plan, "name": "no ball", "stages": [s for s in plan["stages"] if s["stage"] != "ball"]})
-    seen = seen_until(client, lambda seen: "ball" not in [s["name"] for s in seen["stages"]] and seen["items"])
+    put(
+        client,
+        plan={
+            **plan,
+            "name": "no ball",
+            "stages": [s for s in plan["stages"] if s["stage"] != "ball"],
+        },
+    )
+    seen = seen_until(
+        client, lambda seen: "ball" not in [s["name"] for s in seen["stages"]] and seen["items"]
+    )
     assert {item["kind"] for item in seen["items"]} == {"robot"}
     kept = client.app.state.services.store.detection_plans.get("north").body
-    assert kept["plan"]["name"] == "no ball" and kept["colours"] == "hall" and kept["profile"] is None
+    assert (
+        kept["plan"]["name"] == "no ball" and kept["colours"] == "hall" and kept["profile"] is None
+    )
     put(client, plan="ssl")
 
 
@@ -181,32 +224,53 @@ def test_what_somebody_else_has_set_is_not_written_over(client, taught):
     answer = client.put(at, json=body, headers={"If-Match": old})
     refusal(answer, 412, "stale-seeing")
     assert answer.headers["etag"] == client.get(at).headers["etag"]
-    refusal(client.put(f"{API}/cameras/bare/seeing", json=body, headers={"If-Match": old}), 412, "stale-seeing")
+    refusal(
+        client.put(f"{API}/cameras/bare/seeing", json=body, headers={"If-Match": old}),
+        412,
+        "stale-seeing",
+    )
 
 
-@pytest.mark.parametrize("change, status, reason", [
-    ({"plan": "cricket"}, 404, "unknown-stages"), ({"plan": {"name": "x"}}, 422, "bad-stages"),
-    ({"colours": "nobody"}, 404, "unknown-colours"), ({"profile": {"name": "x"}}, 422, "bad-colours"),
-    ({"on": "yes"}, 422, None), ({"sees": True}, 422, None)])
+@pytest.mark.parametrize(
+    "change, status, reason",
+    [
+        ({"plan": "cricket"}, 404, "unknown-stages"),
+        ({"plan": {"name": "x"}}, 422, "bad-stages"),
+        ({"colours": "nobody"}, 404, "unknown-colours"),
+        ({"profile": {"name": "x"}}, 422, "bad-colours"),
+        ({"on": "yes"}, 422, None),
+        ({"sees": True}, 422, None),
+    ],
+)
 def test_what_makes_no_sense_is_refused(client, taught, change, status, reason):
     at = f"{API}/cameras/north/seeing"
     etag = client.get(at).headers["etag"]
     body = {"on": True, "plan": "ssl"} | change
     refusal(client.put(at, json=body, headers={"If-Match": etag}), status, reason)
-    refusal(client.put(f"{API}/cameras/nobody/seeing", json=body, headers={"If-Match": etag}), 404 if reason else 422)
+    refusal(
+        client.put(f"{API}/cameras/nobody/seeing", json=body, headers={"If-Match": etag}),
+        404 if reason else 422,
+    )
 
 
 def test_colours_are_kept_by_name_shared_and_never_written_over_unseen(client, play, taught):
     at = f"{API}/colours/attic"
     profile = client.get(f"{API}/colours/hall").json()["profile"]
-    assert client.put(at, json={"profile": {**profile, "name": "hall"}}).json()["profile"]["name"] == "attic"
+    assert (
+        client.put(at, json={"profile": {**profile, "name": "hall"}}).json()["profile"]["name"]
+        == "attic"
+    )
     refusal(client.put(at, json={"profile": profile}), 428, "if-match-needed")
     etag = client.get(at).headers["etag"]
     put(client, "bare", colours="attic")
-    changed = client.put(at, json={"profile": {**profile, "reach": 2.5}}, headers={"If-Match": etag})
+    changed = client.put(
+        at, json={"profile": {**profile, "reach": 2.5}}, headers={"If-Match": etag}
+    )
     assert changed.status_code == 200 and changed.json()["used_by"] == ["bare"]
     assert client.get(f"{API}/cameras/bare/seeing").json()["profile"]["reach"] == 2.5
-    refusal(client.put(at, json={"profile": profile}, headers={"If-Match": etag}), 412, "stale-colours")
+    refusal(
+        client.put(at, json={"profile": profile}, headers={"If-Match": etag}), 412, "stale-colours"
+    )
     refusal(client.delete(at), 409, "colours-used")
     put(client, "bare", colours=None, profile=None)
     assert client.delete(at).status_code == 204
@@ -232,21 +296,39 @@ def test_colours_are_learned_onto_others_from_a_snapshot_or_without_a_click(clie
     refusal(client.post(at, json={"clicks": orange, "snapshot": "nobody"}), 404)
 
 
-def test_a_listener_to_the_leagues_group_hears_what_was_seen_once_it_is_switched_on(client, play, taught):
+def test_a_listener_to_the_leagues_group_hears_what_was_seen_once_it_is_switched_on(
+    client, play, taught
+):
     group = free_group()
     with Listener(**group) as listener:
         assert client.put(f"{API}/publishing", json={**group, "enabled": True}).status_code == 200
         put(client, publish=True)
-        came = listener.hear_until(lambda came: Packet.FromString(came.data).HasField("detection"), LONG_S)
+        came = listener.hear_until(
+            lambda came: Packet.FromString(came.data).HasField("detection"), LONG_S
+        )
         frame = Packet.FromString(came.data).detection
         told = client.get(f"{API}/cameras/north/seeing").json()
-        assert told["publish"] and told["published"]["packets"] > 0 and told["published"]["problem"] is None
+        assert (
+            told["publish"]
+            and told["published"]["packets"] > 0
+            and told["published"]["problem"] is None
+        )
         numbered = {"numbers": {"north": 6}}
         assert client.put(f"{API}/publishing", json=numbered).status_code == 200
-        listener.hear_until(lambda came: Packet.FromString(came.data).detection.camera_id == 6, LONG_S)
+        listener.hear_until(
+            lambda came: Packet.FromString(came.data).detection.camera_id == 6, LONG_S
+        )
         put(client, publish=False)
-    assert frame.camera_id == 0 and abs(frame.t_capture - time.time()) < 600 and frame.t_sent >= frame.t_capture
-    heard = {(team, r.robot_id): r for team in ("yellow", "blue") for r in getattr(frame, f"robots_{team}")}
+    assert (
+        frame.camera_id == 0
+        and abs(frame.t_capture - time.time()) < 600
+        and frame.t_sent >= frame.t_capture
+    )
+    heard = {
+        (team, r.robot_id): r
+        for team in ("yellow", "blue")
+        for r in getattr(frame, f"robots_{team}")
+    }
     assert set(play.robots) <= set(heard)
     for key, robot in play.robots.items():
         assert np.hypot(heard[key].x - robot.x_mm, heard[key].y - robot.y_mm) < 25
@@ -262,13 +344,17 @@ def test_a_scene_draws_what_was_detected_by_its_own_calibration_and_by_no_other(
     assert other["camera"] == "north"
     with listening(client, "scene") as line:
         address = line.receive_json()["address"].rstrip("/")
-        line.send_json({"set": {"layers": ["things"]}, "show": {"calibrations": [other["id"], taught["id"]]}})
+        line.send_json(
+            {"set": {"layers": ["things"]}, "show": {"calibrations": [other["id"], taught["id"]]}}
+        )
         assert line.receive_json()["shown"]
         with client.websocket_connect(address, subprotocols=[PROTOCOL], headers=HOST) as viewer:
             viewer.send_bytes(LOOK)
             drawn = []  # whose detections, packet by packet
             while drawn.count({taught["id"]}) < 3:
-                drawn.append(set(re.findall(r"/things/(\w+)/", messages_of(viewer.receive_bytes()))))
+                drawn.append(
+                    set(re.findall(r"/things/(\w+)/", messages_of(viewer.receive_bytes())))
+                )
                 assert other["id"] not in drawn[-1]
 
 

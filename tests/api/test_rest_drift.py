@@ -27,13 +27,24 @@ def test_a_knock_is_found_told_and_registered_anew(followed):
     camera.set_on(knock=3)
     alarm = camera.becomes("knocked")
     assert alarm["px"] == pytest.approx(3, rel=0.15) and alarm["mm"] > 3 * alarm["px"]
-    assert alarm["alarm"] is True and "has moved" in alarm["sentence"] and alarm["fix"] and alarm["since"] > 1e9
-    assert client.get(f"{camera.path}/status").json()["drift_px"] == pytest.approx(alarm["px"], abs=0.2)
+    assert (
+        alarm["alarm"] is True
+        and "has moved" in alarm["sentence"]
+        and alarm["fix"]
+        and alarm["since"] > 1e9
+    )
+    assert client.get(f"{camera.path}/status").json()["drift_px"] == pytest.approx(
+        alarm["px"], abs=0.2
+    )
 
-    events = until(lambda: client.get(f"{API}/events").json()["items"],
-                   lambda items: any(event["kind"] == "moved" for event in items))
+    events = until(
+        lambda: client.get(f"{API}/events").json()["items"],
+        lambda items: any(event["kind"] == "moved" for event in items),
+    )
     moved = next(event for event in events if event["kind"] == "moved")
-    assert moved["camera"] == camera.id and re.fullmatch(r"Camera-\d+ moved by [\d.]+ mm\.", moved["text"])
+    assert moved["camera"] == camera.id and re.fullmatch(
+        r"Camera-\d+ moved by [\d.]+ mm\.", moved["text"]
+    )
 
     job = finished(client, accepted(client.post(f"{camera.path}/reregister", json={"frames": 3})))
     assert job["state"] == "done", job
@@ -41,8 +52,11 @@ def test_a_knock_is_found_told_and_registered_anew(followed):
     assert made["parent"] == first and made["active"] is False and made["version"] == 2
     before = client.get(f"{API}/calibrations/{first}").json()
     known = before["report"]["covariance"]
-    for term, now, then in zip(("k1", "k2"), *(c["model"]["parameters"]["lens_terms"] for c in (made, before)),
-                               strict=False):
+    for term, now, then in zip(
+        ("k1", "k2"),
+        *(c["model"]["parameters"]["lens_terms"] for c in (made, before)),
+        strict=False,
+    ):
         at = known["names"].index(term)
         assert abs(now - then) < 3 * known["matrix"][at][at] ** 0.5
     assert job["result"]["picture_px"] == pytest.approx(3, abs=0.8)
@@ -56,9 +70,12 @@ def test_a_knock_is_found_told_and_registered_anew(followed):
 @pytest.mark.long
 def test_a_knock_before_the_server_started_is_seen(tmp_path):
     """Its picture tells: the camera that is there now stands otherwise."""
+
     def started(source):
         one = {"id": "north", "name": "North", "source": source, "field": "table", "region": "full"}
-        return TestClient(create_app(Settings(data=tmp_path, cameras=(one,))), base_url="http://127.0.0.1:8000")
+        return TestClient(
+            create_app(Settings(data=tmp_path, cameras=(one,))), base_url="http://127.0.0.1:8000"
+        )
 
     with started(URL) as client:
         camera = Followed(client, "north")
@@ -80,22 +97,39 @@ def test_without_a_picture_the_first_seconds_are_what_it_is_held_against(followe
     camera.becomes("steady")
 
 
-def test_a_calibration_that_was_never_right_inside_the_field_is_an_alarm_though_nothing_moved(followed):
+def test_a_calibration_that_was_never_right_inside_the_field_is_an_alarm_though_nothing_moved(
+    followed,
+):
     half = "sim://ssl-div-b?region=half&lens=strong&tilt=5&height=5000&size=640x512&robots=0&fps=20"
     camera = followed(half, "ssl-div-b", "half")
     source = source_from_url(half, SourceContext(load_fields()))
     region = load_fields()["ssl-div-b"].region("half")
-    camera.activated_of({"snapshot": camera.taken(), "field": "ssl-div-b", "region": "half", "model": "polynomial",
-                         "observations": [o.to_json() for o in border_observations(source.camera, region, 9)]})
+    camera.activated_of(
+        {
+            "snapshot": camera.taken(),
+            "field": "ssl-div-b",
+            "region": "half",
+            "model": "polynomial",
+            "observations": [o.to_json() for o in border_observations(source.camera, region, 9)],
+        }
+    )
     told = camera.becomes("misplaced")
-    assert told["alarm"] is True and told["px"] < 0.1 and "Largest error" in told["sentence"] and told["fix"]
+    assert (
+        told["alarm"] is True
+        and told["px"] < 0.1
+        and "Largest error" in told["sentence"]
+        and told["fix"]
+    )
 
 
 @pytest.mark.parametrize(("aside_px", "is_doubted"), [(0.0, False), (1.0, True)])
-def test_a_calibration_whose_lines_lie_centimetres_aside_is_doubted_and_no_alarm(followed, aside_px, is_doubted):
+def test_a_calibration_whose_lines_lie_centimetres_aside_is_doubted_and_no_alarm(
+    followed, aside_px, is_doubted
+):
     camera = followed(URL.replace("robots=3", "robots=0"))
-    clicks = [{**o, "points": [[x + aside_px, y] for x, y in o["points"]]}
-              for o in task()["observations"]]
+    clicks = [
+        {**o, "points": [[x + aside_px, y] for x, y in o["points"]]} for o in task()["observations"]
+    ]
     camera.activated(snapshot=camera.taken(), observations=clicks)
     told = camera.becomes("steady")
     assert told["alarm"] is False and told["monitored"] is True
@@ -117,7 +151,9 @@ def test_a_picture_without_lines_makes_no_version(followed, picture):
     first = camera.activated(image_size=[480, 384])
     # of another size, even
     blank = client.post(f"{API}/snapshots", files={"file": picture}).json()["id"]
-    job = finished(client, accepted(client.post(f"{camera.path}/reregister", json={"snapshot": blank})))
+    job = finished(
+        client, accepted(client.post(f"{camera.path}/reregister", json={"snapshot": blank}))
+    )
     assert job["state"] == "failed" and job["problem"]["fix"]
     kept = client.get(f"{API}/calibrations?camera={camera.id}").json()["items"]
     assert [one["id"] for one in kept] == [first]

@@ -24,27 +24,39 @@ def test_a_border_is_answered_with_its_curve_residuals_and_signed_distortion(sta
     body = {"points": bowed(), "axis": "x_of_y", "degree": 2, "image_size": [640, 480]}
     found = standing.post(BORDER, json=body).json()
     assert found["degree"] == 2 and len(found["coefficients"]) == 3
-    assert found["rms_px"] < 1e-9 and max(map(abs, found["residuals_px"])) < 1e-9 and found["outliers"] == []
+    assert (
+        found["rms_px"] < 1e-9
+        and max(map(abs, found["residuals_px"])) < 1e-9
+        and found["outliers"] == []
+    )
     assert found["kind"] == "barrel" and found["distortion_pct"] < 0
     curve = np.array(found["curve"])
     assert curve[0, 1] == -0.5 and curve[-1, 1] == 479.5
-    assert np.allclose(np.polynomial.polynomial.polyval(curve[:, 1], found["coefficients"]), curve[:, 0], atol=1e-6)
+    assert np.allclose(
+        np.polynomial.polynomial.polyval(curve[:, 1], found["coefficients"]), curve[:, 0], atol=1e-6
+    )
 
 
 def test_an_automatic_degree_says_why(standing):
-    found = standing.post(BORDER, json={"points": bowed(), "axis": "x_of_y", "degree": "auto"}).json()
+    found = standing.post(
+        BORDER, json={"points": bowed(), "axis": "x_of_y", "degree": "auto"}
+    ).json()
     assert found["degree"] == 2 and "leave-one-out" in found["degree_reason"]
 
 
 def test_a_stray_point_is_named_by_its_index(standing):
     points = bowed(15)
     points[7][0] += 30
-    assert standing.post(BORDER, json={"points": points, "axis": "x_of_y", "degree": 2}).json()["outliers"] == [7]
+    assert standing.post(BORDER, json={"points": points, "axis": "x_of_y", "degree": 2}).json()[
+        "outliers"
+    ] == [7]
 
 
 def test_a_border_across_the_picture_is_the_same_with_x_and_y_exchanged(standing):
     down = standing.post(BORDER, json={"points": bowed(), "axis": "x_of_y", "degree": 3}).json()
-    across = standing.post(BORDER, json={"points": [p[::-1] for p in bowed()], "axis": "y_of_x", "degree": 3}).json()
+    across = standing.post(
+        BORDER, json={"points": [p[::-1] for p in bowed()], "axis": "y_of_x", "degree": 3}
+    ).json()
     assert down["coefficients"] == across["coefficients"]
 
 
@@ -52,7 +64,9 @@ def test_many_points_give_the_same_as_numpy(standing):
     rng = np.random.default_rng(3)
     y = np.linspace(20, 4000, 2000)
     points = np.stack([60 + y * 0.05 - (y / 1000) ** 2 + rng.normal(0, 0.3, 2000), y], axis=1)
-    found = standing.post(BORDER, json={"points": points.tolist(), "axis": "x_of_y", "degree": 3}).json()
+    found = standing.post(
+        BORDER, json={"points": points.tolist(), "axis": "x_of_y", "degree": 3}
+    ).json()
     kept = np.delete(np.arange(2000), found["outliers"])
     expected = np.polynomial.Polynomial.fit(points[kept, 1], points[kept, 0], 3).convert().coef
     assert np.allclose(found["coefficients"], expected, rtol=1e-6)
@@ -73,7 +87,10 @@ def test_the_preview_is_what_would_be_saved_and_saves_nothing(client, snapshot, 
     assert (shown["report"]["cv_rms_mm"] is None) == quick
     if not quick:
         assert shown["report"] == kept["report"]
-    assert shown["overlay"] == client.get(f"{API}/calibrations/{kept['id']}/overlay.json").json()["features"]
+    assert (
+        shown["overlay"]
+        == client.get(f"{API}/calibrations/{kept['id']}/overlay.json").json()["features"]
+    )
 
 
 def test_the_preview_draws_the_borders_through_the_clicks(standing, task):
@@ -87,45 +104,85 @@ def test_the_preview_draws_the_borders_through_the_clicks(standing, task):
             assert np.linalg.norm(curve - point, axis=1).min() < 12
 
 
-def test_what_cannot_be_fitted_yet_is_an_answer_of_an_attempt_and_a_refusal_of_a_preview(standing, task):
-    few = {**task, "observations": [{**o, "points": o["points"][:1]} for o in task["observations"][:4]]}
-    refused, attempted = (standing.post(f"{API}/fit/{way}", json=few) for way in ("preview", "attempt"))
+def test_what_cannot_be_fitted_yet_is_an_answer_of_an_attempt_and_a_refusal_of_a_preview(
+    standing, task
+):
+    few = {
+        **task,
+        "observations": [{**o, "points": o["points"][:1]} for o in task["observations"][:4]],
+    }
+    refused, attempted = (
+        standing.post(f"{API}/fit/{way}", json=few) for way in ("preview", "attempt")
+    )
     assert refused.status_code == 422 and attempted.status_code == 200
     told = attempted.json()["refusal"]
     assert (told["what"], told["fix"]) == (refused.json()["detail"], refused.json()["fix"])
     assert told["reason"] and told["title"] and attempted.json()["preview"] is None
     assert standing.post(f"{API}/fit/attempt", json={**few, "model": "no-such"}).status_code == 404
     enough = standing.post(f"{API}/fit/attempt", json=task).json()
-    assert enough == {"preview": standing.post(f"{API}/fit/preview", json=task).json(), "refusal": None}
+    assert enough == {
+        "preview": standing.post(f"{API}/fit/preview", json=task).json(),
+        "refusal": None,
+    }
 
 
 def test_the_model_auto_is_a_lens_in_the_preview_and_saved_as_the_recommended_one(client, task):
     body = {**task, "model": "auto"}
     shown = client.post(f"{API}/fit/preview?quick=true", json=body).json()
     assert shown["model"]["name"] in ("brown-conrady", "fisheye")
-    assert shown["report"]["camera"]["height_mm"] > 1000 and 0 <= shown["report"]["camera"]["tilt_deg"] < 90
+    assert (
+        shown["report"]["camera"]["height_mm"] > 1000
+        and 0 <= shown["report"]["camera"]["tilt_deg"] < 90
+    )
     made = client.post(f"{API}/calibrations", json=body).json()
     choice = made["report"]["model_choice"]
-    assert made["model"]["name"] == choice["recommended"] and choice["reason"] and len(choice["ranking"]) > 3
+    assert (
+        made["model"]["name"] == choice["recommended"]
+        and choice["reason"]
+        and len(choice["ranking"]) > 3
+    )
 
 
 @pytest.fixture
 def many(task):
     """Every click eighteen times, each a little beside the others: more points than are fitted at once."""
     rng = np.random.default_rng(1)
-    return {**task, "observations": [{**o, "points": (np.repeat(o["points"], 18, axis=0) + rng.normal(
-        0, 0.1, (18 * len(o["points"]), 2))).tolist()} for o in task["observations"]]}
+    return {
+        **task,
+        "observations": [
+            {
+                **o,
+                "points": (
+                    np.repeat(o["points"], 18, axis=0)
+                    + rng.normal(0, 0.1, (18 * len(o["points"]), 2))
+                ).tolist(),
+            }
+            for o in task["observations"]
+        ],
+    }
 
 
-def test_many_points_are_fitted_where_the_fit_can_be_ended_and_answered_as_few_are(client, task, many):
+def test_many_points_are_fitted_where_the_fit_can_be_ended_and_answered_as_few_are(
+    client, task, many
+):
     few = client.post(f"{API}/fit/attempt?quick=true", json=task).json()["preview"]
-    for path, told in (("attempt", lambda answer: answer["preview"]), ("preview", lambda answer: answer)):
+    for path, told in (
+        ("attempt", lambda answer: answer["preview"]),
+        ("preview", lambda answer: answer),
+    ):
         found = told(client.post(f"{API}/fit/{path}?quick=true", json=many).json())
         assert found.keys() == few.keys() and found["report"]["inliers"] > 600
     made = client.post(f"{API}/calibrations", json=many)
-    assert made.status_code == 201 and made.json()["version"] == 1 and made.headers["location"].endswith(
-        made.json()["id"])
-    assert [job["kind"] for job in client.get(f"{API}/jobs").json()["items"]] == ["calibration", "preview", "preview"]
+    assert (
+        made.status_code == 201
+        and made.json()["version"] == 1
+        and made.headers["location"].endswith(made.json()["id"])
+    )
+    assert [job["kind"] for job in client.get(f"{API}/jobs").json()["items"]] == [
+        "calibration",
+        "preview",
+        "preview",
+    ]
 
 
 def test_many_points_that_cannot_be_fitted_yet_are_told_as_few_are(client, many):
@@ -135,9 +192,20 @@ def test_many_points_that_cannot_be_fitted_yet_are_told_as_few_are(client, many)
 
 
 def test_more_points_than_a_fit_has_time_for_are_refused(standing, many):
-    much = {**many, "observations": [{**o, "points": (np.round(o["points"], 1).tolist() * 40)[:6000]}
-                                     for o in many["observations"]]}
-    for path in ("fit/preview", "fit/attempt", "calibrations", "calibrations?job=true", "calibrations/compare"):
+    much = {
+        **many,
+        "observations": [
+            {**o, "points": (np.round(o["points"], 1).tolist() * 40)[:6000]}
+            for o in many["observations"]
+        ],
+    }
+    for path in (
+        "fit/preview",
+        "fit/attempt",
+        "calibrations",
+        "calibrations?job=true",
+        "calibrations/compare",
+    ):
         refusal(standing.post(f"{API}/{path}", json=much), 422, "too-many-points")
 
 
@@ -154,6 +222,7 @@ def fits_held(client, bodies, query=""):
     def taken(place):
         in_queue.append(place)
         return take(place)
+
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(len(bodies)) as crowd:
         patch.setattr(fits, "_attempt", held)
         patch.setattr(fits._turns, "take", taken)
@@ -174,8 +243,13 @@ def different(task, count):
 def test_other_answers_do_not_wait_for_fits(client, calibration, task):
     version = f"/calibrations/{calibration['id']}"
     with fits_held(client, different(task, 6)) as asked:
-        for path in (f"{version}/mesh", f"{version}/report.json", f"{version}/overlay.json",
-                     f"/snapshots/{calibration['snapshot']}/image.png", "/health"):
+        for path in (
+            f"{version}/mesh",
+            f"{version}/report.json",
+            f"{version}/overlay.json",
+            f"/snapshots/{calibration['snapshot']}/image.png",
+            "/health",
+        ):
             assert client.get(API + path).status_code == 200
         quick = client.post(f"{API}/fit/preview?quick=true", json=task)
         assert quick.status_code == 200 and not any(answer.done() for answer in asked)
@@ -198,5 +272,6 @@ def test_a_quick_fit_is_not_made_for_who_has_left(client, task):
     async def ask():
         with pytest.raises(Cancelled):
             await services.fit_quickly(lambda: made.append(1), left)
+
     client.portal.call(ask)
     assert not made

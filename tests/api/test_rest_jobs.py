@@ -44,10 +44,21 @@ def test_a_calibration_made_by_a_job_is_the_one_that_is_made_at_once(standing, t
     told = finished(client, job)
     assert told["state"] == "done" and told["progress"] == 1 and told["problem"] is None
     made = client.get(f"{CAL}/{told['result']['calibration']}").json()
-    same = ("model", "report", "observations", "options", "field_definition", "corrected_size", "software")
+    same = (
+        "model",
+        "report",
+        "observations",
+        "options",
+        "field_definition",
+        "corrected_size",
+        "software",
+    )
     assert {key: made[key] for key in same} == {key: at_once[key] for key in same}
     assert made["version"] == 2 and made["parent"] == at_once["id"]
-    assert [item["id"] for item in client.get(f"{CAL}?camera=north").json()["items"]] == [made["id"], at_once["id"]]
+    assert [item["id"] for item in client.get(f"{CAL}?camera=north").json()["items"]] == [
+        made["id"],
+        at_once["id"],
+    ]
 
 
 def test_a_comparison_by_a_job_is_the_one_that_is_waited_for(standing, task):
@@ -55,7 +66,10 @@ def test_a_comparison_by_a_job_is_the_one_that_is_waited_for(standing, task):
     before = client.get(CAL).json()
     body = {**task, "models": ["homography"]}
     told = finished(client, accepted(client.post(f"{CAL}/compare?job=true", json=body)))
-    assert told["state"] == "done" and told["result"] == client.post(f"{CAL}/compare", json=body).json()
+    assert (
+        told["state"] == "done"
+        and told["result"] == client.post(f"{CAL}/compare", json=body).json()
+    )
     assert client.get(CAL).json() == before
     kinds = [job["kind"] for job in client.get(f"{API}/jobs").json()["items"]]
     assert kinds[:2] == ["comparison", "comparison"]
@@ -73,12 +87,28 @@ def test_what_a_job_refuses_is_the_problem_that_the_call_would_have_answered(sta
     refusal(client.post(f"{CAL}?job=perhaps", json=task), 422)
 
 
-@pytest.mark.parametrize("path, change, status, reason", [
-    ("", {"model": "no-such"}, 404, "unknown-camera-model"),
-    ("/compare", {"models": ["polynomial", "no-such"]}, 404, "unknown-camera-model"),
-    ("", {"observations": [{"feature": "no-such", "points": [[1, 2]]}]}, 422, "unknown-feature"),
-    ("/compare", {"observations": [{"feature": "no-such", "points": [[1, 2]]}]}, 422, "unknown-feature")])
-def test_a_name_that_nobody_knows_is_refused_before_a_job_begins(standing, clicks, path, change, status, reason):
+@pytest.mark.parametrize(
+    "path, change, status, reason",
+    [
+        ("", {"model": "no-such"}, 404, "unknown-camera-model"),
+        ("/compare", {"models": ["polynomial", "no-such"]}, 404, "unknown-camera-model"),
+        (
+            "",
+            {"observations": [{"feature": "no-such", "points": [[1, 2]]}]},
+            422,
+            "unknown-feature",
+        ),
+        (
+            "/compare",
+            {"observations": [{"feature": "no-such", "points": [[1, 2]]}]},
+            422,
+            "unknown-feature",
+        ),
+    ],
+)
+def test_a_name_that_nobody_knows_is_refused_before_a_job_begins(
+    standing, clicks, path, change, status, reason
+):
     before = standing.get(f"{API}/jobs").json()["items"]
     for how in ("?job=true", ""):
         refusal(standing.post(f"{CAL}{path}{how}", json={**clicks(), **change}), status, reason)
@@ -89,7 +119,9 @@ def test_a_name_that_nobody_knows_is_refused_before_a_job_begins(standing, click
 def test_a_lens_that_a_board_cannot_tell_is_refused_before_a_job_begins(standing, model):
     before = standing.get(f"{API}/jobs").json()["items"]
     view = {"image_points": [[0, 0], [1, 0]], "object_points": [[0, 0, 0], [1, 0, 0]]}
-    answer = standing.post(f"{CAL}/board", json={"views": [view], "image_size": [640, 480], "model": model})
+    answer = standing.post(
+        f"{CAL}/board", json={"views": [view], "image_size": [640, 480], "model": model}
+    )
     assert answer.status_code in (404, 422) and answer.json()["fix"]
     assert standing.get(f"{API}/jobs").json()["items"] == before
 
@@ -101,7 +133,9 @@ def test_a_comparison_looks_only_at_the_models_that_it_names(standing, clicks):
 
 def test_a_job_is_cancelled_as_often_as_one_likes_and_an_unknown_one_is_404(standing):
     client = standing
-    job = client.app.state.services.jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
+    job = client.app.state.services.jobs.start(
+        "sleeping", sample_jobs.sleeps_and_says, {"seconds": 30}
+    )
     for _ in range(3):
         answer = client.delete(f"{API}/jobs/{job.id}")
         assert answer.status_code == 200 and answer.json()["state"] == "cancelled"
@@ -140,11 +174,17 @@ def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client
 
 
 @pytest.mark.long
-def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(client, engine, task):
+def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(
+    client, engine, task
+):
     job = engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     for attempt in (1, 2, 3):
-        until(lambda: client.get(f"{API}/jobs/{job.id}").json(),
-              lambda told, attempt=attempt: (told["message"], told["attempt"]) == ("sleeping", attempt))
+        until(
+            lambda: client.get(f"{API}/jobs/{job.id}").json(),
+            lambda told, attempt=attempt: (
+                (told["message"], told["attempt"]) == ("sleeping", attempt)
+            ),
+        )
         os.kill(pids_of(engine)[0], signal.SIGKILL)
     told = finished(client, {"id": job.id}, 30)
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/worker-died"
@@ -155,10 +195,16 @@ def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(
 
 def test_events_tell_every_change_until_the_end(standing):
     client = standing
-    job = client.app.state.services.jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 0.3})
+    job = client.app.state.services.jobs.start(
+        "sleeping", sample_jobs.sleeps_and_says, {"seconds": 0.3}
+    )
     with client.stream("GET", f"{API}/jobs/{job.id}/events") as answer:
         assert answer.headers["content-type"].startswith("text/event-stream")
-        told = [json.loads(line.removeprefix("data: ")) for line in answer.iter_lines() if line.startswith("data: ")]
+        told = [
+            json.loads(line.removeprefix("data: "))
+            for line in answer.iter_lines()
+            if line.startswith("data: ")
+        ]
     assert len(told) >= 4 and told[-1] == client.get(f"{API}/jobs/{job.id}").json()
     assert told[-1]["state"] == "done" and told[-1]["result"] == {"slept": 0.3}
     progress = [event["progress"] for event in told]
@@ -176,7 +222,9 @@ def test_a_page_hears_a_job_and_all_jobs_by_websocket(standing):
     client = standing
     with socket_to(client, f"{API}/jobs/stream") as all_jobs:
         before = all_jobs.receive_json()["items"]
-        job = client.app.state.services.jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 0.3})
+        job = client.app.state.services.jobs.start(
+            "sleeping", sample_jobs.sleeps_and_says, {"seconds": 0.3}
+        )
         with socket_to(client, f"{API}/jobs/{job.id}/stream") as line:
             told = []
             with pytest.raises(WebSocketDisconnect) as end:
@@ -200,20 +248,35 @@ def test_a_page_hears_a_job_and_all_jobs_by_websocket(standing):
 
 def test_too_many_jobs_are_429_and_not_an_error_of_the_server(client, engine, task):
     for _ in range(22):
-        engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60},
-                     caller=Caller("testclient", "testclient"))
+        engine.start(
+            "sleeping",
+            sample_jobs.sleeps_and_says,
+            {"seconds": 60},
+            caller=Caller("testclient", "testclient"),
+        )
         if sum(job.state == "queued" for job in engine.all()) >= 20:
             break
     refusal(client.post(f"{CAL}?job=true", json=task), 429, "too-many-jobs")
     refusal(client.post(f"{CAL}/compare", json=task), 429, "too-many-jobs")
-    assert client.post(f"{CAL}?job=true", json=task, headers={"X-Operator": "Somebody else"}).status_code == 202
+    assert (
+        client.post(
+            f"{CAL}?job=true", json=task, headers={"X-Operator": "Somebody else"}
+        ).status_code
+        == 202
+    )
 
 
-def test_a_caller_that_changes_its_name_at_every_request_leaves_places_for_another_address(client, engine, task):
+def test_a_caller_that_changes_its_name_at_every_request_leaves_places_for_another_address(
+    client, engine, task
+):
     for n in range(4):  # no worker is free
-        engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 600}, caller=Caller(f"{n}"))
-    answers = (client.post(f"{CAL}?job=true", json=task, headers={"X-Operator": f"operator {n}"})
-               for n in range(MAX_QUEUED))
+        engine.start(
+            "sleeping", sample_jobs.sleeps_and_says, {"seconds": 600}, caller=Caller(f"{n}")
+        )
+    answers = (
+        client.post(f"{CAL}?job=true", json=task, headers={"X-Operator": f"operator {n}"})
+        for n in range(MAX_QUEUED)
+    )
     refusal(next(answer for answer in answers if answer.status_code != 202), 429, "too-many-jobs")
     another = TestClient(client.app, base_url=str(client.base_url), client=("192.0.2.7", 50_000))
     accepted(another.post(f"{CAL}?job=true", json=task))
@@ -221,9 +284,22 @@ def test_a_caller_that_changes_its_name_at_every_request_leaves_places_for_anoth
 
 def start_server(tmp_path):
     """A real server on that folder: (url, its process)."""
-    server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--port", "0",
-                               "--data", str(tmp_path / "data")], cwd=ROOT,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "from touchline.cli import main; main()",
+            "serve",
+            "--port",
+            "0",
+            "--data",
+            str(tmp_path / "data"),
+        ],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     return server.stdout.readline().split()[-1] + "api/v1", server
 
 
@@ -271,7 +347,10 @@ def usual_answer_s(url, border):
     return sorted(times)[10]
 
 
-BORDER = {"points": [[70.3, 85.4], [64.5, 190.5], [63.8, 295.5], [67.8, 400.5], [76.0, 505.6]], "axis": "x_of_y"}
+BORDER = {
+    "points": [[70.3, 85.4], [64.5, 190.5], [63.8, 295.5], [67.8, 400.5], [76.0, 505.6]],
+    "axis": "x_of_y",
+}
 
 
 @pytest.mark.long
@@ -290,8 +369,10 @@ def test_a_comparison_ends_when_its_caller_has_gone_and_borders_are_fitted_meanw
     host, port = url.split("/")[2].split(":")
     body = json.dumps(task).encode()
     with socket.create_connection((host, int(port))) as line:
-        line.sendall(b"POST /api/v1/calibrations/compare HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json"
-                     b"\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
+        line.sendall(
+            b"POST /api/v1/calibrations/compare HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json"
+            b"\r\nContent-Length: %d\r\n\r\n" % len(body) + body
+        )
         until(lambda: asked(f"{url}/jobs")["items"], lambda jobs: jobs and jobs[0]["progress"])
         assert asked(f"{url}/fit/border", BORDER)["coefficients"]
         assert asked(f"{url}/jobs")["items"][0]["state"] == "running"
@@ -304,7 +385,10 @@ def test_no_process_is_left_when_a_server_with_running_jobs_is_stopped(served, t
     job = asked(f"{url}/calibrations/compare?job=true", task)
 
     def watch():
-        with contextlib.suppress(IncompleteRead), urlopen(f"{url}/jobs/{job['id']}/events", timeout=60) as events:
+        with (
+            contextlib.suppress(IncompleteRead),
+            urlopen(f"{url}/jobs/{job['id']}/events", timeout=60) as events,
+        ):
             events.read()
 
     threading.Thread(target=watch, daemon=True).start()
@@ -318,7 +402,9 @@ def test_no_process_is_left_when_a_server_with_running_jobs_is_stopped(served, t
 
 
 @pytest.mark.long
-def test_a_job_whose_server_is_killed_is_done_by_the_next_one_and_makes_one_version(served, task, tmp_path):
+def test_a_job_whose_server_is_killed_is_done_by_the_next_one_and_makes_one_version(
+    served, task, tmp_path
+):
     url, server = served
     job = asked(f"{url}/calibrations/compare?job=true", task)
     made = asked(f"{url}/calibrations?job=true", {**task, "camera": "north"})
@@ -328,13 +414,16 @@ def test_a_job_whose_server_is_killed_is_done_by_the_next_one_and_makes_one_vers
     url, again = start_server(tmp_path)
     try:
         for id in (job["id"], made["id"]):
-            told = until(lambda id=id: asked(f"{url}/jobs/{id}"),
-                         lambda told: told["state"] not in ("queued", "running"))
+            told = until(
+                lambda id=id: asked(f"{url}/jobs/{id}"),
+                lambda told: told["state"] not in ("queued", "running"),
+            )
             assert told["state"] == "done", told
         assert asked(f"{url}/jobs/{job['id']}")["attempt"] == 2
         versions = asked(f"{url}/calibrations")["items"]
         assert [version["id"] for version in versions] == [
-            asked(f"{url}/jobs/{made['id']}")["result"]["calibration"]]
+            asked(f"{url}/jobs/{made['id']}")["result"]["calibration"]
+        ]
     finally:
         again.kill()
         again.wait()

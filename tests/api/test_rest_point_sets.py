@@ -13,14 +13,22 @@ from touchline.workflows.model_choice import AUTO
 
 EXAMPLES = 150
 ALL = (*FITTERS, AUTO)
-FEW = ("four corners", "three borders", "one point", "corners at one pixel", "corners above the carpet")
+FEW = (
+    "four corners",
+    "three borders",
+    "one point",
+    "corners at one pixel",
+    "corners above the carpet",
+)
 HALF = View("half", 90)
 READ = (("four corners", "homography"), ("four borders", "polynomial"))
 
 
 @pytest.fixture(scope="module")
 def snapshot(standing) -> str:
-    return standing.post(f"{API}/snapshots", files={"file": encoded("png", gradient(*SIZE))}).json()["id"]
+    return standing.post(
+        f"{API}/snapshots", files={"file": encoded("png", gradient(*SIZE))}
+    ).json()["id"]
 
 
 @pytest.fixture(scope="module")
@@ -31,18 +39,24 @@ def other(standing) -> str:
 
 @pytest.mark.parametrize("model", ["polynomial", "homography", *map(long, ALL[2:])])
 @pytest.mark.parametrize("name", FEW)
-def test_a_set_is_fitted_or_refused_with_a_fix_and_nothing_is_half_saved(standing, snapshot, name, model):
+def test_a_set_is_fitted_or_refused_with_a_fix_and_nothing_is_half_saved(
+    standing, snapshot, name, model
+):
     fitted(standing, HALF.body(SETS[name](HALF), model), snapshot)
 
 
 @pytest.mark.parametrize("name, model", READ)
-def test_what_is_saved_of_few_points_is_read_by_all_that_takes_a_calibration(standing, snapshot, other, name, model):
+def test_what_is_saved_of_few_points_is_read_by_all_that_takes_a_calibration(
+    standing, snapshot, other, name, model
+):
     id = fitted(standing, HALF.body(SETS[name](HALF), model), snapshot)
     assert id is not None
     read_everywhere(standing, id, other, snapshot, is_long=False)
 
 
-@pytest.mark.parametrize("name", ["four corners", *map(long, [name for name in SETS if name != "four corners"])])
+@pytest.mark.parametrize(
+    "name", ["four corners", *map(long, [name for name in SETS if name != "four corners"])]
+)
 def test_models_are_compared_on_any_set_or_it_is_refused(standing, snapshot, name):
     before = saved(standing)
     models = {"models": ["polynomial", "homography"]} if name == "four corners" else {}
@@ -54,7 +68,9 @@ def test_models_are_compared_on_any_set_or_it_is_refused(standing, snapshot, nam
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("region", REGIONS)
 @pytest.mark.parametrize("model", ALL)
-def test_every_set_of_the_table_in_every_area_and_turn(standing, snapshot, other, model, region, turn):
+def test_every_set_of_the_table_in_every_area_and_turn(
+    standing, snapshot, other, model, region, turn
+):
     view = View(region, turn)
     for points in SETS.values():
         id = fitted(standing, view.body(points(view), model), snapshot)
@@ -71,4 +87,5 @@ def test_any_points_and_options_are_answered_and_read(standing, snapshot, other,
         id = fitted(standing, body, snapshot)
         if id is not None:
             read_everywhere(standing, id, other, snapshot)
+
     ask()

@@ -19,9 +19,38 @@ from touchline.fitting import FITTERS
 
 NAUGHTY = "<script>alert(1)</script>\"'><img src=http://evil.example/x onerror=alert(2)> & {{7*7}} \u202e \U0001f600"
 MB = 1_000_000
-ALLOWED = {"a", "html", "head", "meta", "title", "style", "body", "h1", "h2", "p", "b", "div", "span", "data", "table",
-           "thead", "tbody", "tr", "th", "td", "ul", "li", "figure", "figcaption", "svg", "image", "path", "img",
-           "code", "pre"}
+ALLOWED = {
+    "a",
+    "html",
+    "head",
+    "meta",
+    "title",
+    "style",
+    "body",
+    "h1",
+    "h2",
+    "p",
+    "b",
+    "div",
+    "span",
+    "data",
+    "table",
+    "thead",
+    "tbody",
+    "tr",
+    "th",
+    "td",
+    "ul",
+    "li",
+    "figure",
+    "figcaption",
+    "svg",
+    "image",
+    "path",
+    "img",
+    "code",
+    "pre",
+}
 
 
 class Read(HTMLParser):
@@ -39,7 +68,11 @@ class Read(HTMLParser):
     def handle_starttag(self, tag, attrs):
         self.elements.add(tag)
         self.attributes |= {name for name, _ in attrs}
-        self.addresses += [value for name, value in attrs if name in ("src", "href", "xlink:href", "srcset", "action")]
+        self.addresses += [
+            value
+            for name, value in attrs
+            if name in ("src", "href", "xlink:href", "srcset", "action")
+        ]
         if tag == "data":
             self.numbers.append(float(dict(attrs)["value"]))
 
@@ -52,7 +85,9 @@ class Read(HTMLParser):
 
 
 def strict(answer):
-    return json.loads(answer.text, parse_constant=lambda constant: pytest.fail(f"{constant} in an answer"))
+    return json.loads(
+        answer.text, parse_constant=lambda constant: pytest.fail(f"{constant} in an answer")
+    )
 
 
 def a_field_that(client, **changes) -> str:
@@ -63,7 +98,12 @@ def a_field_that(client, **changes) -> str:
 
 def observed() -> list:
     camera = reference_camera("strong", 8)
-    return [o.to_json() for o in border_observations(camera, REGION, 12, 0.3, np.random.default_rng(3), anywhere=True)]
+    return [
+        o.to_json()
+        for o in border_observations(
+            camera, REGION, 12, 0.3, np.random.default_rng(3), anywhere=True
+        )
+    ]
 
 
 @cache
@@ -74,9 +114,20 @@ def smooth_picture() -> bytes:
 def kept(client, model="brown-conrady", picture=None, **more) -> dict:
     """A calibration of the reference camera, by REST."""
     a_field_that(client)
-    snapshot = client.post(f"{API}/snapshots", files={"file": picture or smooth_picture()}).json()["id"]
-    answer = client.post(f"{API}/calibrations", json={"field": "seen", "region": "full", "model": model,
-                                                      "snapshot": snapshot, "observations": observed(), **more})
+    snapshot = client.post(f"{API}/snapshots", files={"file": picture or smooth_picture()}).json()[
+        "id"
+    ]
+    answer = client.post(
+        f"{API}/calibrations",
+        json={
+            "field": "seen",
+            "region": "full",
+            "model": model,
+            "snapshot": snapshot,
+            "observations": observed(),
+            **more,
+        },
+    )
     assert answer.status_code == 201, answer.text
     return answer.json()
 
@@ -95,7 +146,10 @@ def standing_kept(standing):
 
 
 def both(client, id: str) -> tuple[str, dict]:
-    html, said = client.get(f"{API}/calibrations/{id}/report.html"), client.get(f"{API}/calibrations/{id}/report.json")
+    html, said = (
+        client.get(f"{API}/calibrations/{id}/report.html"),
+        client.get(f"{API}/calibrations/{id}/report.json"),
+    )
     assert html.status_code == said.status_code == 200, html.text[:500] + said.text[:500]
     assert html.headers["content-type"] == "text/html; charset=utf-8"
     return html.text, strict(said)
@@ -106,27 +160,47 @@ def stands_alone(html: str) -> Read:
     page = Read(html)
     assert page.elements <= ALLOWED, page.elements - ALLOWED
     assert not [name for name in page.attributes if name.startswith("on")]
-    assert all(re.match(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/=]+\Z", address) for address in page.addresses
-               if address != "scene.html")  # fixed, beside the file; it is followed by hand alone
+    assert all(
+        re.match(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/=]+\Z", address)
+        for address in page.addresses
+        if address != "scene.html"
+    )  # fixed, beside the file; it is followed by hand alone
     css = re.search(r"<style>(.*?)</style>", html, re.DOTALL)[1]
     assert "url(" not in css and "@import" not in css
-    assert "nan" not in {word.lower() for word in re.findall(r"[A-Za-z]+", page.text)} and "Infinity" not in page.text
+    assert (
+        "nan" not in {word.lower() for word in re.findall(r"[A-Za-z]+", page.text)}
+        and "Infinity" not in page.text
+    )
     assert len(html.encode()) <= 3 * MB
     return page
 
 
 def numbers_of(said: dict) -> list[float]:
     """Every number that a reader of the page must find."""
-    parts = [*(it["value"] for it in said["figures"].values()),
-             *(v for it in said["distortion"]["per_border"].values() for v in it.values()),
-             *(it[key] for it in said["per_feature"] for key in ("n", "outliers", "rms_px", "rms_mm", "max_mm")),
-             *(it["map"][key] for it in said["uncertainty"].values() if it["map"] for key in ("rms", "median", "max")),
-             *(it[key] for it in said["outliers"] for key in ("px", "mm")), said["verdict"]["mm"]]
+    parts = [
+        *(it["value"] for it in said["figures"].values()),
+        *(v for it in said["distortion"]["per_border"].values() for v in it.values()),
+        *(
+            it[key]
+            for it in said["per_feature"]
+            for key in ("n", "outliers", "rms_px", "rms_mm", "max_mm")
+        ),
+        *(
+            it["map"][key]
+            for it in said["uncertainty"].values()
+            if it["map"]
+            for key in ("rms", "median", "max")
+        ),
+        *(it[key] for it in said["outliers"] for key in ("px", "mm")),
+        said["verdict"]["mm"],
+    ]
     return [float(number) for number in parts if number is not None]
 
 
 @pytest.mark.parametrize("model", FITTERS)
-def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(standing, standing_kept, model):
+def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(
+    standing, standing_kept, model
+):
     calibration = standing_kept(model)
     html, said = both(standing, calibration["id"])
     page = stands_alone(html)
@@ -135,8 +209,13 @@ def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(stand
     assert said["figures"]["rms_px"]["value"] == calibration["report"]["rms_px"]
     assert said["verdict"]["sentence"] == calibration["report"]["verdict"]["sentence"]
     assert said["verdict"]["sentence"] in page.text and html.count("data:image/jpeg") == 2
-    for told in (calibration["id"], calibration["image_sha256"], said["model"]["parameters_sha256"],
-                 calibration["software"], said["model"]["title"]):
+    for told in (
+        calibration["id"],
+        calibration["image_sha256"],
+        said["model"]["parameters_sha256"],
+        calibration["software"],
+        said["model"]["title"],
+    ):
         assert told in page.text
     for warning in calibration["report"]["warnings"]:
         assert warning["text"] in page.text and warning["fix"] in page.text
@@ -162,14 +241,23 @@ def test_the_number_that_is_read_is_the_number_of_the_record(standing, standing_
 
 def test_what_is_expected_on_the_carpet_and_at_hat_height_are_two_numbers(standing, standing_kept):
     calibration = standing_kept()
-    expected, figures = calibration["report"]["sigma_mm"], both(standing, calibration["id"])[1]["figures"]
+    expected, figures = (
+        calibration["report"]["sigma_mm"],
+        both(standing, calibration["id"])[1]["figures"],
+    )
     assert figures["expected_mm"]["value"] == expected["rms"] != expected["hat"]["rms"]
     assert figures["expected_hat_mm"]["value"] == expected["hat"]["rms"]
 
 
 def test_names_and_notes_of_operators_are_text_and_nothing_else(standing):
     client = standing
-    camera = {"id": "evil", "name": NAUGHTY[:60], "source": "sim://table", "field": "table", "region": "full"}
+    camera = {
+        "id": "evil",
+        "name": NAUGHTY[:60],
+        "source": "sim://table",
+        "field": "table",
+        "region": "full",
+    }
     assert client.post(f"{API}/cameras", json=camera).status_code == 201
     calibration = kept(client, note=NAUGHTY, camera="evil")
     page = stands_alone(both(client, calibration["id"])[0])
@@ -196,7 +284,22 @@ def test_an_imported_one_says_that_it_has_no_picture(standing, standing_kept):
 
 def bomb(value, rng, depth=0):
     """The same record with any part of it replaced by what nobody means."""
-    junk = [None, True, "x", NAUGHTY, 10**400, -1e308, 1e308, [], {}, [[]], {"a": NAUGHTY}, 0, [NAUGHTY] * 3, "\ud800"]
+    junk = [
+        None,
+        True,
+        "x",
+        NAUGHTY,
+        10**400,
+        -1e308,
+        1e308,
+        [],
+        {},
+        [[]],
+        {"a": NAUGHTY},
+        0,
+        [NAUGHTY] * 3,
+        "\ud800",
+    ]
     if rng.random() < 0.06 and depth:
         return copy.deepcopy(junk[rng.integers(len(junk))])
     if isinstance(value, dict):
@@ -205,13 +308,16 @@ def bomb(value, rng, depth=0):
 
 
 STRANGE = {
-    "nothing": {}, "no verdict": {"verdict": {"level": [], "mm": NAUGHTY, "sentence": NAUGHTY}},
-    "no covariance": {"covariance": "no"}, "of no parameter": {"covariance": {"names": [NAUGHTY], "matrix": [[1.0]]}},
+    "nothing": {},
+    "no verdict": {"verdict": {"level": [], "mm": NAUGHTY, "sentence": NAUGHTY}},
+    "no covariance": {"covariance": "no"},
+    "of no parameter": {"covariance": {"names": [NAUGHTY], "matrix": [[1.0]]}},
     "of no numbers": {"covariance": {"names": ["height"], "matrix": []}},
     "of huge numbers": {"covariance": {"names": ["height"] * 3, "matrix": [[1e308] * 3] * 3}},
     "half a click": {"next_click": {"point": [1.0, 1.0], "worst_mm_then": 1.0}},
     "many warnings": {"warnings": [{"text": NAUGHTY, "fix": NAUGHTY}] * 5000},
-    "many features": {"per_feature": [{"feature": NAUGHTY}] * 5000}}
+    "many features": {"per_feature": [{"feature": NAUGHTY}] * 5000},
+}
 
 
 @pytest.mark.parametrize("report", STRANGE.values(), ids=STRANGE.keys())
@@ -234,16 +340,28 @@ def test_a_camera_that_nobody_can_write_in_a_header_still_has_a_report(standing,
     answer = standing.get(f"{API}/calibrations/{id}/report.html")
     assert answer.status_code == 200 and "set-cookie" not in answer.headers
     header = answer.headers["content-disposition"]
-    assert re.fullmatch(r"""inline; filename="[\w.-]+-report\.html"; filename\*=UTF-8''[\w.%-]+-report\.html""", header)
+    assert re.fullmatch(
+        r"""inline; filename="[\w.-]+-report\.html"; filename\*=UTF-8''[\w.%-]+-report\.html""",
+        header,
+    )
 
 
 @pytest.mark.long
 def test_large_noisy_pictures_are_reduced_until_the_file_is_small(client):
     scale = 2  # of noise: 16 MB as PNG, 5 MB as JPEG
-    pixels = np.random.default_rng(0).integers(0, 255, (SIZE.height * scale, SIZE.width * scale, 3), np.uint8)
-    observations = [{**o, "points": [[(x + 0.5) * scale - 0.5, (y + 0.5) * scale - 0.5] for x, y in o["points"]]}
-                    for o in observed()]
-    html, _ = both(client, kept(client, picture=encoded("png", pixels), observations=observations)["id"])
+    pixels = np.random.default_rng(0).integers(
+        0, 255, (SIZE.height * scale, SIZE.width * scale, 3), np.uint8
+    )
+    observations = [
+        {
+            **o,
+            "points": [[(x + 0.5) * scale - 0.5, (y + 0.5) * scale - 0.5] for x, y in o["points"]],
+        }
+        for o in observed()
+    ]
+    html, _ = both(
+        client, kept(client, picture=encoded("png", pixels), observations=observations)["id"]
+    )
     stands_alone(html)
     assert html.count("data:image/jpeg") == 2
 
@@ -253,7 +371,9 @@ def test_the_page_allows_itself_nothing(standing, standing_kept):
     answer = standing.get(f"{API}/calibrations/{id}/report.html")
     policy = answer.headers["content-security-policy"]
     assert policy.startswith("default-src 'none';") and "script-src" not in policy
-    assert re.search('http-equiv="Content-Security-Policy" content="default-src \'none\';', unescape(answer.text))
+    assert re.search(
+        'http-equiv="Content-Security-Policy" content="default-src \'none\';', unescape(answer.text)
+    )
 
 
 def test_an_outlier_is_listed_and_crossed_out(standing):
@@ -261,10 +381,14 @@ def test_an_outlier_is_listed_and_crossed_out(standing):
     observations[0]["points"][3][0] += 40
     html, said = both(standing, kept(standing, observations=observations)["id"])
     (stray,) = said["outliers"]
-    assert stray["feature"] == observations[0]["feature"] and stray["index"] == 3 and stray["px"] > 20
+    assert (
+        stray["feature"] == observations[0]["feature"] and stray["index"] == 3 and stray["px"] > 20
+    )
     assert "#d00000" in html and f"{stray['px']:.2f} px<" in html
 
 
 def test_a_report_of_nothing_is_404(standing):
     for kind in ("html", "json"):
-        refusal(standing.get(f"{API}/calibrations/nobody/report.{kind}"), 404, "unknown-calibration")
+        refusal(
+            standing.get(f"{API}/calibrations/nobody/report.{kind}"), 404, "unknown-calibration"
+        )

@@ -35,7 +35,9 @@ def kept(standing):
     task = sim_task(2, 0)
     record = json.loads(FORMATS["json"].write(task.record(task.run(cross_validate=False))))
     record.get("calibration", record)["camera"] = None
-    answer = standing.post("/api/v1/calibrations/import", files={"file": json.dumps(record).encode()})
+    answer = standing.post(
+        "/api/v1/calibrations/import", files={"file": json.dumps(record).encode()}
+    )
     assert answer.status_code == 201, answer.text
     return answer.json()["id"]
 
@@ -61,14 +63,23 @@ def is_closed(port: int) -> bool:
 def test_a_scene_is_shown_looked_at_and_told(standing, kept):
     with opened(standing) as line:
         address = line.receive_json()["address"]
-        line.send_json({"set": {"view": "above", "sheet": "carpet", "dark": False}, "show": {"calibrations": [kept]}})
+        line.send_json(
+            {
+                "set": {"view": "above", "sheet": "carpet", "dark": False},
+                "show": {"calibrations": [kept]},
+            }
+        )
         told = line.receive_json()["shown"]
         assert told["cameras"][0]["calibration"] == kept and told["cameras"][0]["height_mm"] > 1000
         assert told["missing"] == []
         page = standing.get(address)
         assert page.status_code == 200 and "<canvas" not in page.text and b"data-p=" in page.content
         policy = page.headers["content-security-policy"]
-        assert "default-src 'none'" in policy and "frame-ancestors 'self'" in policy and "http" not in policy
+        assert (
+            "default-src 'none'" in policy
+            and "frame-ancestors 'self'" in policy
+            and "http" not in policy
+        )
 
 
 def test_the_dashboards_own_policy_stays_as_it_was(standing):
@@ -88,14 +99,25 @@ def test_visers_line_goes_through_with_its_protocol_and_tells_what_was_clicked(s
             viewer.send_bytes(LOOK)
             [process] = processes(standing)
             until(lambda: process.viewers == 1)
-            viewer.send_bytes(msgspec.msgpack.encode({
-                "type": "ScenePointerMessage", "event_type": "click", "modifier": None,
-                "ray_origin": (-1.5, 0.5, 4.0), "ray_direction": (0.0, 0.0, -1.0), "screen_pos": ((0.5, 0.5),)}))
+            viewer.send_bytes(
+                msgspec.msgpack.encode(
+                    {
+                        "type": "ScenePointerMessage",
+                        "event_type": "click",
+                        "modifier": None,
+                        "ray_origin": (-1.5, 0.5, 4.0),
+                        "ray_direction": (0.0, 0.0, -1.0),
+                        "screen_pos": ((0.5, 0.5),),
+                    }
+                )
+            )
             told = line.receive_json()["clicked"]
         assert told["place_mm"] == pytest.approx([-1500, 500], abs=0.01)
         [camera] = told["cameras"]
-        field = standing.post(f"/api/v1/calibrations/{kept}/transform", json={
-            "from": "field", "to": "image", "points": [[-1500, 500]]}).json()
+        field = standing.post(
+            f"/api/v1/calibrations/{kept}/transform",
+            json={"from": "field", "to": "image", "points": [[-1500, 500]]},
+        ).json()
         assert camera["pixel"] == pytest.approx(field["points"][0], abs=1e-3)
         assert 0 < camera["sigma_mm"] < 50
         until(lambda: process.viewers == 0)
@@ -104,17 +126,37 @@ def test_visers_line_goes_through_with_its_protocol_and_tells_what_was_clicked(s
 def test_what_cannot_be_shown_is_told_and_the_line_stays_open(standing, kept, standing_calibration):
     with opened(standing) as line:
         line.receive_json()
-        for asked in ({"calibrations": [kept], "before": standing_calibration["id"]}, {"calibrations": ["x"]},
-                      {"calibrations": ["0" * 16]}, {"rig": "nobody"}, {"lens": "0" * 16}, {}):
+        for asked in (
+            {"calibrations": [kept], "before": standing_calibration["id"]},
+            {"calibrations": ["x"]},
+            {"calibrations": ["0" * 16]},
+            {"rig": "nobody"},
+            {"lens": "0" * 16},
+            {},
+        ):
             line.send_json({"show": asked})
             assert line.receive_json()["problem"]["fix"]
         line.send_json({"show": {"calibrations": [kept], "before": kept}})
-        assert line.receive_json()["shown"]["cameras"][0]["moved"]["max_mm"] == pytest.approx(0, abs=1e-6)
+        assert line.receive_json()["shown"]["cameras"][0]["moved"]["max_mm"] == pytest.approx(
+            0, abs=1e-6
+        )
 
 
-@pytest.mark.parametrize("word", ["", "[]", "{", '{"show": 3}', '{"set": {"scale": 1e9}}', '{"set": {"scale": NaN}}',
-                                  '{"set": {"layers": ["walls"]}}', '{"show": {"rig": "../x"}}', "[" * 5000,
-                                  "x" * 50_000])
+@pytest.mark.parametrize(
+    "word",
+    [
+        "",
+        "[]",
+        "{",
+        '{"show": 3}',
+        '{"set": {"scale": 1e9}}',
+        '{"set": {"scale": NaN}}',
+        '{"set": {"layers": ["walls"]}}',
+        '{"show": {"rig": "../x"}}',
+        "[" * 5000,
+        "x" * 50_000,
+    ],
+)
 def test_what_nobody_can_mean_is_refused(word):
     with pytest.raises(ValidationError):
         routes.SceneMessage.model_validate_json(word)
@@ -175,15 +217,23 @@ def test_a_scene_whose_process_dies_is_told_and_the_server_goes_on(standing):
 
 def scene_processes(folder) -> list[int]:
     """Of the server that keeps its data there."""
+
     def words(pid: str, file: str) -> str:
         try:
             return (Path("/proc") / pid / file).read_text()
         except OSError:  # it has just ended
             return ""
-    pids = [pid for pid in os.listdir("/proc")
-            if pid.isdigit() and "touchline.scene.live" in words(pid, "cmdline")]
-    return [int(pid) for pid in pids
-            if str(folder) in words(words(pid, "stat").rpartition(")")[2].split()[1], "cmdline")]
+
+    pids = [
+        pid
+        for pid in os.listdir("/proc")
+        if pid.isdigit() and "touchline.scene.live" in words(pid, "cmdline")
+    ]
+    return [
+        int(pid)
+        for pid in pids
+        if str(folder) in words(words(pid, "stat").rpartition(")")[2].split()[1], "cmdline")
+    ]
 
 
 @pytest.mark.long
@@ -200,12 +250,21 @@ def test_its_own_port_lets_nobody_in(standing):
         [process] = processes(standing)
         for origin in ("http://127.0.0.1:8000", "http://evil.example"):
             with pytest.raises(InvalidStatus) as refused:
-                connect(f"ws://127.0.0.1:{process.port}/", subprotocols=[PROTOCOL], proxy=None, origin=origin)
+                connect(
+                    f"ws://127.0.0.1:{process.port}/",
+                    subprotocols=[PROTOCOL],
+                    proxy=None,
+                    origin=origin,
+                )
             assert refused.value.response.status_code == 403
 
 
-ELSEWHERE = ({"origin": "http://evil.example"}, {"origin": "null"}, {"sec-fetch-site": "cross-site"},
-             {"host": "evil.example"})
+ELSEWHERE = (
+    {"origin": "http://evil.example"},
+    {"origin": "null"},
+    {"sec-fetch-site": "cross-site"},
+    {"host": "evil.example"},
+)
 
 
 def test_other_origins_open_no_scene_and_see_none(standing):
@@ -213,8 +272,12 @@ def test_other_origins_open_no_scene_and_see_none(standing):
         address = line.receive_json()["address"].rstrip("/")
         for headers in ELSEWHERE:
             for path in (LINE, address):
-                with pytest.raises(WebSocketDisconnect), standing.websocket_connect(
-                        path, subprotocols=[PROTOCOL], headers={**HOST, **headers}) as other:
+                with (
+                    pytest.raises(WebSocketDisconnect),
+                    standing.websocket_connect(
+                        path, subprotocols=[PROTOCOL], headers={**HOST, **headers}
+                    ) as other,
+                ):
                     other.receive()
             assert len(processes(standing)) == 1
 
@@ -230,15 +293,20 @@ def test_without_the_token_there_is_no_scene(tmp_path):
         with client.websocket_connect(LINE, headers=bearer) as line:
             address = line.receive_json()["address"]
             assert client.get(address).status_code == 401
-            with pytest.raises(WebSocketDisconnect), client.websocket_connect(
-                    address.rstrip("/"), subprotocols=[PROTOCOL]) as viewer:
+            with (
+                pytest.raises(WebSocketDisconnect),
+                client.websocket_connect(address.rstrip("/"), subprotocols=[PROTOCOL]) as viewer,
+            ):
                 viewer.receive_bytes()
             assert client.get(address, headers=bearer).status_code == 200
 
 
 def test_an_unknown_scene_is_none(standing):
     assert standing.get("/viser/nothing/").status_code == 404
-    with pytest.raises(WebSocketDisconnect), standing.websocket_connect("/viser/nothing", headers=HOST) as line:
+    with (
+        pytest.raises(WebSocketDisconnect),
+        standing.websocket_connect("/viser/nothing", headers=HOST) as line,
+    ):
         line.receive_bytes()
 
 
@@ -249,7 +317,9 @@ def test_the_scene_as_a_file(standing, kept, monkeypatch):
     assert "-scene.html" in answer.headers["content-disposition"]
     # A version never changes: the same file needs no process again.
     monkeypatch.setattr(service, "MAX_SCENES", 0)
-    assert standing.get(f"/api/v1/calibrations/{kept}/scene.html?dark=true").content == answer.content
+    assert (
+        standing.get(f"/api/v1/calibrations/{kept}/scene.html?dark=true").content == answer.content
+    )
     busy = standing.get(f"/api/v1/calibrations/{kept}/scene.html")
     assert busy.status_code == 429 and busy.json()["fix"]
     assert standing.get(f"/api/v1/calibrations/{'0' * 16}/scene.html").status_code == 404

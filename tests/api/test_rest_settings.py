@@ -12,10 +12,17 @@ SECRETS = {"token": "a-token-that-is-long-enough", "password": "geheim-4711"}
 
 @pytest.fixture
 def told(tmp_path):
-    settings = Settings(data=tmp_path / "data", token=SECRETS["token"], server={"port": 9000}, cameras=[
-        {"id": "north", "source": f"rtsp://user:{SECRETS['password']}@127.0.0.1:1/live"}])
-    with TestClient(create_app(settings), base_url="http://127.0.0.1:8000",
-                    headers={"Authorization": f"Bearer {SECRETS['token']}"}) as client:
+    settings = Settings(
+        data=tmp_path / "data",
+        token=SECRETS["token"],
+        server={"port": 9000},
+        cameras=[{"id": "north", "source": f"rtsp://user:{SECRETS['password']}@127.0.0.1:1/live"}],
+    )
+    with TestClient(
+        create_app(settings),
+        base_url="http://127.0.0.1:8000",
+        headers={"Authorization": f"Bearer {SECRETS['token']}"},
+    ) as client:
         yield client.get(f"{API}/settings")
 
 

@@ -19,7 +19,11 @@ JSON = {"Content-Type": "application/json"}
 
 def lines_request(seed=0, **more):
     """The body of a question about clicked lines."""
-    return {"lines": [line.tolist() for line in lines_seen(WORLD, seed)], "image_size": [1280, 1024], **more}
+    return {
+        "lines": [line.tolist() for line in lines_seen(WORLD, seed)],
+        "image_size": [1280, 1024],
+        **more,
+    }
 
 
 def kept(client, pixels):
@@ -52,7 +56,9 @@ def bars(standing):
 
 def test_a_bent_picture_is_told_with_its_lens_and_its_bow(bars):
     found = bars[1]
-    assert found["distortion"] == "significant" and found["sentence"].startswith("The lens bows an edge of")
+    assert found["distortion"] == "significant" and found["sentence"].startswith(
+        "The lens bows an edge of"
+    )
     assert found["lens"]["name"] == "division" and found["pictures"] == ["image 1"]
     assert found["lens"]["terms"]["k"] == pytest.approx(BENT.terms[0], abs=0.01)
     assert found["straightness_px"]["after"] < 0.15 < 2 < found["straightness_px"]["before"]
@@ -72,13 +78,17 @@ def test_each_edge_is_drawn_where_it_is_and_straight_where_the_bend_is_gone(bars
 
 def test_the_straightened_picture_shows_no_bend_any_more(standing, bars):
     id, found = bars
-    answer = standing.post(f"{STRAIGHTNESS}/picture.png", json={"snapshot": id, "lens": found["lens"]})
+    answer = standing.post(
+        f"{STRAIGHTNESS}/picture.png", json={"snapshot": id, "lens": found["lens"]}
+    )
     assert answer.status_code == 200 and answer.headers["content-type"] == "image/png"
     pixels = cv2.imdecode(np.frombuffer(answer.content, np.uint8), 1)
     assert pixels.shape[1::-1] == tuple(SIZE)
     again = judged(standing, snapshots=[kept(standing, pixels)])
     assert again["bow"]["most"]["px"] < 0.5 < found["bow"]["most"]["px"]
-    small = standing.post(f"{STRAIGHTNESS}/picture.jpg?width=320", json={"snapshot": id, "lens": found["lens"]})
+    small = standing.post(
+        f"{STRAIGHTNESS}/picture.jpg?width=320", json={"snapshot": id, "lens": found["lens"]}
+    )
     assert cv2.imdecode(np.frombuffer(small.content, np.uint8), 1).shape[:2] == (240, 320)
 
 
@@ -90,8 +100,12 @@ def test_a_straight_picture_has_no_significant_distortion(standing):
 def test_clicked_lines_need_no_picture_and_come_in_any_order(standing):
     body = lines_request()
     found = judged(standing, **body)
-    assert found["lens"]["terms"]["k"] == pytest.approx(-0.25, abs=0.02) and found["lines_used"] == 14
-    assert [line["name"] for line in found["lines"]] == [f"line {n}" for n in range(1, 15)] and not found["pictures"]
+    assert (
+        found["lens"]["terms"]["k"] == pytest.approx(-0.25, abs=0.02) and found["lines_used"] == 14
+    )
+    assert [line["name"] for line in found["lines"]] == [
+        f"line {n}" for n in range(1, 15)
+    ] and not found["pictures"]
     rng = np.random.default_rng(0)
     shuffled = {**body, "lines": [rng.permutation(line).tolist() for line in body["lines"]]}
     again = judged(standing, **shuffled)
@@ -102,7 +116,9 @@ def test_clicked_lines_need_no_picture_and_come_in_any_order(standing):
 
 def test_pictures_and_lines_are_judged_together_and_each_edge_names_its_picture(standing, bars):
     other = kept(standing, bars_behind(shade=120))
-    found = judged(standing, snapshots=[bars[0], other], lines=[[[100, 100], [200, 102], [300, 103]]])
+    found = judged(
+        standing, snapshots=[bars[0], other], lines=[[[100, 100], [200, 102], [300, 103]]]
+    )
     assert found["pictures"] == ["image 1", "image 2"]
     assert {line["picture"] for line in found["lines"]} == {0, 1}
     assert found["lines"][0]["name"] == "line 1" and found["lines"][1]["name"] == "image 1, edge 1"
@@ -117,14 +133,18 @@ def test_the_lens_is_the_one_that_was_asked_for_and_its_centre_can_be_held(stand
 
 
 def test_a_job_answers_the_same_and_says_how_far_it_is(standing, bars):
-    told = finished(standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [bars[0]]})))
+    told = finished(
+        standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [bars[0]]}))
+    )
     assert (told["state"], told["kind"], told["progress"]) == ("done", "straightness", 1)
     assert told["result"] == bars[1]
 
 
 def test_a_job_is_cancelled_and_one_that_finds_nothing_fails_with_a_fix(standing, bars):
     others = [kept(standing, bars_behind(shade=100 + n)) for n in range(3)]
-    job = accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [bars[0], *others]}))
+    job = accepted(
+        standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [bars[0], *others]})
+    )
     assert standing.delete(f"{API}/jobs/{job['id']}").json()["state"] == "cancelled"
     assert finished(standing, job)["result"] is None
     body = {"snapshots": [kept(standing, gradient(640, 480))]}
@@ -136,18 +156,32 @@ def test_a_job_is_cancelled_and_one_that_finds_nothing_fails_with_a_fix(standing
 def arcs(count=12):
     """Circles all over the picture, bent to every side."""
     angle = np.linspace(0, np.pi, 40)
-    return [(np.array([200 + 80 * n, 200 + 50 * n]) + (60 + 8 * n) * np.stack(
-        [np.cos(angle + n), np.sin(angle + n)], axis=1)).tolist() for n in range(count)]
+    return [
+        (
+            np.array([200 + 80 * n, 200 + 50 * n])
+            + (60 + 8 * n) * np.stack([np.cos(angle + n), np.sin(angle + n)], axis=1)
+        ).tolist()
+        for n in range(count)
+    ]
 
 
-ONE_EDGE = [[[100.0 + 25 * k, 200 + 12 * j + 0.01 * (k - 20) ** 2] for k in range(40)] for j in range(6)]
+ONE_EDGE = [
+    [[100.0 + 25 * k, 200 + 12 * j + 0.01 * (k - 20) ** 2] for k in range(40)] for j in range(6)
+]
 REFUSED = {  # what is asked: (its body, or what makes it; the answer)
     "nothing": ({}, 422, "nothing-given"),
     "no lines": ({"lines": [], "image_size": [640, 480]}, 422, "nothing-given"),
     "lines without a size": ({"lines": [[[1, 2], [3, 4], [5, 6]]]}, 422, "no-image-size"),
-    "one line": (lambda: lines_request(lines=[[[0, 0], [500, 5], [1000, 0]]]), 422, "too-few-lines"),
+    "one line": (
+        lambda: lines_request(lines=[[[0, 0], [500, 5], [1000, 0]]]),
+        422,
+        "too-few-lines",
+    ),
     "lines of two points": (
-        lambda: lines_request(lines=[[[0, 100 * k], [1000, 90 * k]] for k in range(10)]), 422, "too-few-lines"),
+        lambda: lines_request(lines=[[[0, 100 * k], [1000, 90 * k]] for k in range(10)]),
+        422,
+        "too-few-lines",
+    ),
     "lines without points": (lambda: lines_request(lines=[[]] * 10), 422, "too-few-lines"),
     "one point many times": (lambda: lines_request(lines=[[[5, 5]] * 9] * 9), 422, "too-few-lines"),
     "circles": (lambda: lines_request(lines=arcs()), 422, "no-straight-lines"),
@@ -180,8 +214,13 @@ def test_what_tells_nothing_is_refused_by_name_with_a_fix(standing, name):
 
 def test_what_can_be_refused_at_once_is_refused_before_a_job_is_begun(standing, bars):
     small, before = kept(standing, gradient()), standing.get(f"{API}/jobs").json()["items"]
-    for body in ({}, {"lines": [[[1, 2], [3, 4], [5, 6]]]}, {"snapshots": [bars[0]], "lens": "fisheye"},
-                 {"snapshots": [bars[0], small]}, {"snapshots": ["nobody"]}):
+    for body in (
+        {},
+        {"lines": [[[1, 2], [3, 4], [5, 6]]]},
+        {"snapshots": [bars[0]], "lens": "fisheye"},
+        {"snapshots": [bars[0], small]},
+        {"snapshots": ["nobody"]},
+    ):
         refusal(standing.post(f"{STRAIGHTNESS}?job=true", json=body))
     assert standing.get(f"{API}/jobs").json()["items"] == before
 
@@ -189,7 +228,11 @@ def test_what_can_be_refused_at_once_is_refused_before_a_job_is_begun(standing, 
 def test_pictures_that_differ_in_size_or_not_at_all_are_refused(standing, bars):
     small = kept(standing, gradient())
     refusal(standing.post(STRAIGHTNESS, json={"snapshots": [bars[0], small]}), 409, "size-mismatch")
-    refusal(standing.post(STRAIGHTNESS, json={"snapshots": [small], "image_size": [640, 480]}), 409, "size-mismatch")
+    refusal(
+        standing.post(STRAIGHTNESS, json={"snapshots": [small], "image_size": [640, 480]}),
+        409,
+        "size-mismatch",
+    )
     refusal(standing.post(STRAIGHTNESS, json={"snapshots": [bars[0]] * 2}), 422, "same-picture")
     refusal(standing.post(STRAIGHTNESS, json={"snapshots": [small]}), 422, "too-few-lines")
 
@@ -199,8 +242,13 @@ def test_a_picture_damaged_on_disk_is_said_so(standing):
     snapshots = standing.app.state.services.store.snapshots
     path = snapshots.path(snapshots.get(id))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
-    told = finished(standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))
-    assert told["problem"]["type"] == "/problems/damaged-file" and "Image 1" in told["problem"]["detail"]
+    told = finished(
+        standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]}))
+    )
+    assert (
+        told["problem"]["type"] == "/problems/damaged-file"
+        and "Image 1" in told["problem"]["detail"]
+    )
 
 
 GOOD = BENT.to_json()
@@ -219,23 +267,36 @@ NO_LENS = {
 def test_a_lens_that_is_none_straightens_nothing(standing, bars, name):
     lens, status, reason = NO_LENS[name]
     body = json.dumps({"snapshot": bars[0], "lens": lens})
-    refusal(standing.post(f"{STRAIGHTNESS}/picture.png", content=body, headers=JSON), status, reason)
+    refusal(
+        standing.post(f"{STRAIGHTNESS}/picture.png", content=body, headers=JSON), status, reason
+    )
 
 
 @pytest.mark.parametrize("name", ["division", "division-even", "brown-conrady"])
 @pytest.mark.parametrize("term", [-1e6, -3, 3, 1e6])
 def test_a_lens_that_bends_beyond_measure_still_draws_a_picture(standing, bars, name, term):
     """Mostly of what the raw picture does not show."""
-    lens = {**GOOD, "name": name, "terms": {"k" if name == "division" else "k2": term}, "centre_px": [-1e5, 1e5]}
+    lens = {
+        **GOOD,
+        "name": name,
+        "terms": {"k" if name == "division" else "k2": term},
+        "centre_px": [-1e5, 1e5],
+    }
     for centre in (GOOD["centre_px"], [-1e5, 1e5]):
-        answer = standing.post(f"{STRAIGHTNESS}/picture.jpg?width=64",
-                               json={"snapshot": bars[0], "lens": {**lens, "centre_px": centre}})
+        answer = standing.post(
+            f"{STRAIGHTNESS}/picture.jpg?width=64",
+            json={"snapshot": bars[0], "lens": {**lens, "centre_px": centre}},
+        )
         assert answer.status_code == 200, answer.text
 
 
 def test_an_unknown_picture_and_a_wrong_format_are_not_straightened(standing, bars):
     call = f"{STRAIGHTNESS}/picture"
-    refusal(standing.post(f"{call}.png", json={"snapshot": "nobody", "lens": GOOD}), 404, "unknown-snapshot")
+    refusal(
+        standing.post(f"{call}.png", json={"snapshot": "nobody", "lens": GOOD}),
+        404,
+        "unknown-snapshot",
+    )
     refusal(standing.post(f"{call}.gif", json={"snapshot": bars[0], "lens": GOOD}))
     refusal(standing.post(f"{call}.png?width=1", json={"snapshot": bars[0], "lens": GOOD}), 422)
 

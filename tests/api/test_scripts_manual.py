@@ -55,7 +55,11 @@ def test_a_folder_of_images_becomes_a_table_that_goes_on_where_it_ended(tmp_path
     rows = {row["image"]: row for row in csv.DictReader(table.open())}
     assert {*rows} == {"broken.png", "north-1.png", "north-2.png"}
     assert rows["broken.png"]["verdict"] == "failed" and rows["broken.png"]["fix"]
-    assert float(rows["north-1.png"]["expected_mm"]) < 20 and rows["north-2.png"]["verdict"] in ("good", "fair", "poor")
+    assert float(rows["north-1.png"]["expected_mm"]) < 20 and rows["north-2.png"]["verdict"] in (
+        "good",
+        "fair",
+        "poor",
+    )
     before = table.read_text()
     kept = "\n".join(line for line in before.splitlines() if not line.startswith("north-2")) + "\n"
     table.write_text(kept)

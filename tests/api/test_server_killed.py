@@ -31,9 +31,18 @@ def exported(standing, standing_calibration):
 
 @pytest.fixture
 def zygote(tmp_path):
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'app'}"}
-    process = subprocess.Popen([sys.executable, "-m", "tests.support.server_zygote", str(tmp_path / "data")],
-                               text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+    environment = {
+        **os.environ,
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'app'}",
+    }
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.support.server_zygote", str(tmp_path / "data")],
+        text=True,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+    )
     process.folder = tmp_path / "data"
     yield process
     process.stdin.close()
@@ -60,8 +69,10 @@ def killed_servers_lose_nothing(zygote, exported, kills):
         inside += was_inside
         if life % 50 == 49 or life == kills - 1:
             unacknowledged = everything_is_there(zygote.folder, kept)
-    print(f"{kills} kills of the server, {inside} inside a save; {len(kept)} saves acknowledged, 0 lost; "
-          f"{unacknowledged} had been saved and not yet acknowledged, all of them whole")
+    print(
+        f"{kills} kills of the server, {inside} inside a save; {len(kept)} saves acknowledged, 0 lost; "
+        f"{unacknowledged} had been saved and not yet acknowledged, all of them whole"
+    )
     assert inside >= kills // 2 and kept  # a single kill may fall between two saves
 
 
@@ -82,7 +93,9 @@ def one_life(zygote, exported, seconds, kept):
             assert status == 200 and content == kept[id]
 
     def save(line):
-        data, headers = form(json.dumps({**exported, "camera": None, "note": f"{pid} {len(sent)}"}).encode())
+        data, headers = form(
+            json.dumps({**exported, "camera": None, "note": f"{pid} {len(sent)}"}).encode()
+        )
         sent.append(data)
         status, _, content = line.ask("POST", "/calibrations/import", data, headers)
         assert status == 201, content

@@ -12,8 +12,14 @@ from touchline.detection.stages import STAGES
 from touchline.fitting import FITTERS
 from touchline.models import MODELS
 
-TABLES = {"source": "cameras/sources", "model": "models", "stage": "stages", "option": "stages", "setting": "settings",
-          "field": "fields"}  # by the first word of their codes
+TABLES = {
+    "source": "cameras/sources",
+    "model": "models",
+    "stage": "stages",
+    "option": "stages",
+    "setting": "settings",
+    "field": "fields",
+}  # by the first word of their codes
 
 
 def stated_in(answer: Any) -> Iterator[tuple[str, str]]:
@@ -34,7 +40,10 @@ def stated_in(answer: Any) -> Iterator[tuple[str, str]]:
 def tables(standing, standing_calibration) -> dict[str, str]:
     """Return the English text of each code that the tables state."""
     found: dict[str, str] = {}
-    for at in (*dict.fromkeys(TABLES.values()), f"calibrations/{standing_calibration['id']}/exports"):
+    for at in (
+        *dict.fromkeys(TABLES.values()),
+        f"calibrations/{standing_calibration['id']}/exports",
+    ):
         for code, text in stated_in(standing.get(f"{API}/{at}").json()):
             assert found.setdefault(code, text) == text, f"{code} has two texts"
     return found
@@ -47,7 +56,9 @@ def test_the_german_page_has_words_for_exactly_what_the_tables_state(tables):
     assert {f"model.{name}" for name in MODELS} <= {*tables}
     assert {*tables} - theirs == set(), "no words for them"
     theirs -= {*statements()}  # by its name in the code
-    assert {code for code in theirs if code.partition(".")[0] in families} - {*tables} == set(), "never stated"
+    assert {code for code in theirs if code.partition(".")[0] in families} - {*tables} == set(), (
+        "never stated"
+    )
 
 
 def test_no_text_of_a_table_is_empty_or_a_template(tables):
@@ -55,16 +66,38 @@ def test_no_text_of_a_table_is_empty_or_a_template(tables):
 
 
 def test_the_page_has_a_name_for_every_option_that_it_shows():
-    options = [option for table in (FITTERS, STAGES) for member in table.values() for option in member.OPTIONS]
-    assert not [it.name for it in options if f"calibrate.option.{it.name.replace('_', '-')}" not in messages()]
+    options = [
+        option
+        for table in (FITTERS, STAGES)
+        for member in table.values()
+        for option in member.OPTIONS
+    ]
+    assert not [
+        it.name
+        for it in options
+        if f"calibrate.option.{it.name.replace('_', '-')}" not in messages()
+    ]
 
 
 def test_the_page_has_a_name_for_every_choice_that_it_shows():
     """Models are called by their titles; numbers and the terms of a lens, and whose sigma, are read as they are."""
-    choices = {choice for table in (FITTERS, STAGES) for member in table.values() for it in member.OPTIONS
-               for choice in it.choices if it.type in ("choice", "names") and it.name != "lens_sigma"}
-    assert [choice for choice in sorted(choices) if not (choice.isdigit() or choice in MODELS or {
-        f"calibrate.choice.{choice}", f"detection.colour.{choice}"} & messages().keys())] == []
+    choices = {
+        choice
+        for table in (FITTERS, STAGES)
+        for member in table.values()
+        for it in member.OPTIONS
+        for choice in it.choices
+        if it.type in ("choice", "names") and it.name != "lens_sigma"
+    }
+    assert [
+        choice
+        for choice in sorted(choices)
+        if not (
+            choice.isdigit()
+            or choice in MODELS
+            or {f"calibrate.choice.{choice}", f"detection.colour.{choice}"} & messages().keys()
+        )
+    ] == []
 
 
 def test_a_field_of_an_operator_keeps_its_title(standing):
@@ -72,5 +105,9 @@ def test_a_field_of_an_operator_keeps_its_title(standing):
     assert shipped["statements"] == {"title": [{"code": "field.table", "values": {}}]}
     # as it was shown
     own = standing.put(f"{API}/fields/own-table", json={**shipped, "name": "own-table"})
-    assert own.status_code == 200 and own.json()["title"] == shipped["title"] and "statements" not in own.json()
+    assert (
+        own.status_code == 200
+        and own.json()["title"] == shipped["title"]
+        and "statements" not in own.json()
+    )
     assert standing.delete(f"{API}/fields/own-table").status_code == 204

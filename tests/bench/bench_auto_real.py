@@ -25,14 +25,20 @@ PICTURES = [
     ("ssl_2008/ssl-field-2008.jpg", "ssl-2008", "half-right"),
     ("ssl_2008/ssl-field-2008.jpg", "ssl-2008", "half-left"),
     *((f"felipersotero/campo_real_0{n}.png", "vsss-3v3", "full") for n in (1, 2, 4)),
-    *((f"ger_unicamp_2016/{name}.png", "vsss-3v3", "full")
-      for name in ("campo_bonito_1", "campo_bonito_2", "campo_transformado", "image")),
-    ("robocin/field.png", "vsss-3v3", "full"), ("robocin/all_tags.mp4", "vsss-3v3", "full"),
+    *(
+        (f"ger_unicamp_2016/{name}.png", "vsss-3v3", "full")
+        for name in ("campo_bonito_1", "campo_bonito_2", "campo_transformado", "image")
+    ),
+    ("robocin/field.png", "vsss-3v3", "full"),
+    ("robocin/all_tags.mp4", "vsss-3v3", "full"),
     ("robocin/static.mp4", "vsss-3v3", "full"),
-    ("rodetas/640x480.png", "vsss-3v3", "full"), ("rodetas/1280x720.png", "vsss-3v3", "full"),
+    ("rodetas/640x480.png", "vsss-3v3", "full"),
+    ("rodetas/1280x720.png", "vsss-3v3", "full"),
     ("unball/unball_path1.png", "vsss-3v3", "full"),
-    ("vss_sdk/model_2016.jpg", "vsss-3v3", "full"), ("vss_sdk/model2_2016.jpg", "vsss-3v3", "full"),
-    ("vss_sdk/robot_move.mp4", "vsss-3v3", "full"), ("vss_sdk/run_positions.png", "vsss-3v3", "full"),
+    ("vss_sdk/model_2016.jpg", "vsss-3v3", "full"),
+    ("vss_sdk/model2_2016.jpg", "vsss-3v3", "full"),
+    ("vss_sdk/robot_move.mp4", "vsss-3v3", "full"),
+    ("vss_sdk/run_positions.png", "vsss-3v3", "full"),
     ("agh_mirosot/img/a_1.jpg", "vsss-5v5", "full"),
     ("agh_mirosot/img/wc_empty_2windows_whiteLights.png", "vsss-5v5", "full"),
 ]
@@ -64,8 +70,16 @@ def drawn(pixels: np.ndarray, told: dict, made: Calibration | None, field) -> np
             raw = raw_from_field(model, shape.sample(80))
             raw = raw[np.isfinite(raw).all(axis=1)]
             cv2.polylines(canvas, [on(raw)], False, GREEN, 1, cv2.LINE_AA)
-    cv2.putText(canvas, told["verdict"]["sentence"][:110], (8, 22), cv2.FONT_HERSHEY_SIMPLEX, 0.55,
-                GREEN if made else RED, 1, cv2.LINE_AA)
+    cv2.putText(
+        canvas,
+        told["verdict"]["sentence"][:110],
+        (8, 22),
+        cv2.FONT_HERSHEY_SIMPLEX,
+        0.55,
+        GREEN if made else RED,
+        1,
+        cv2.LINE_AA,
+    )
     return canvas
 
 
@@ -83,13 +97,22 @@ def main(out: Path) -> None:
         if made is not None:
             found = check(made, pixels)
             off = np.abs([point["off_mm"] for point in found["points"]])
-            print(f"{name} {region}: {told['verdict']['level']}, {told['model']}, {told['proof']['rms_px']:.2f} px rms,"
-                  f" median line distance {np.median(off) if len(off) else np.nan:.2f} mm, expected error "
-                  f"{told['report']['verdict']['mm']:.1f} mm, {work:.1f} s", flush=True)
+            print(
+                f"{name} {region}: {told['verdict']['level']}, {told['model']}, {told['proof']['rms_px']:.2f} px rms,"
+                f" median line distance {np.median(off) if len(off) else np.nan:.2f} mm, expected error "
+                f"{told['report']['verdict']['mm']:.1f} mm, {work:.1f} s",
+                flush=True,
+            )
         else:
-            print(f"{name} {region}: declined ({told['verdict']['reason']}), {told['verdict']['sentence']} "
-                  f"{work:.1f} s", flush=True)
-        cv2.imwrite(str(out / f"{path.parent.name}-{path.stem}-{region}.png"), drawn(pixels, told, made, field))
+            print(
+                f"{name} {region}: declined ({told['verdict']['reason']}), {told['verdict']['sentence']} "
+                f"{work:.1f} s",
+                flush=True,
+            )
+        cv2.imwrite(
+            str(out / f"{path.parent.name}-{path.stem}-{region}.png"),
+            drawn(pixels, told, made, field),
+        )
 
 
 if __name__ == "__main__":

@@ -36,8 +36,16 @@ TURN_DEG = 0.3
 SIZE = (780, 580)
 POORER = ("polynomial", "homography")
 GOOD_MM = 5.0
-CLAIMS = {"moved": "moved", "lens": "moved", "elsewhere": "moved", "never-right": "never right", "holds": "as it was",
-          "as-made": "as it was", "lines-missing": "lines missing", "not-seen": "inconclusive"}
+CLAIMS = {
+    "moved": "moved",
+    "lens": "moved",
+    "elsewhere": "moved",
+    "never-right": "never right",
+    "holds": "as it was",
+    "as-made": "as it was",
+    "lines-missing": "lines missing",
+    "not-seen": "inconclusive",
+}
 
 
 def scene_at(seed: int) -> Scene | None:
@@ -53,15 +61,21 @@ def turned(camera: OpenCvCamera, degrees: float, rng: np.random.Generator) -> Op
     axis = rng.normal(size=3)
     turn = np.asarray(cv2.Rodrigues(np.radians(degrees) * axis / np.linalg.norm(axis))[0], float)
     rotation = turn @ camera.camera_from_field
-    return replace(camera, rotation=as_triple(cv2.Rodrigues(rotation)[0].ravel()),
-                   translation_mm=as_triple(-rotation @ camera.position_mm))
+    return replace(
+        camera,
+        rotation=as_triple(cv2.Rodrigues(rotation)[0].ravel()),
+        translation_mm=as_triple(-rotation @ camera.position_mm),
+    )
 
 
 def moved_mm(before: OpenCvCamera, after: OpenCvCamera, scene: Scene) -> float:
     """How far the first camera has the carpet that both see from where it lies in the second, 95 % of the region."""
     places = grid_over(scene.region).reshape(-1, 2)
     pixels = after.project(np.column_stack([places, np.zeros(len(places))]))
-    off = np.linalg.norm(before.carpet_from_pixel(pixels[after.inside(pixels)]) - places[after.inside(pixels)], axis=1)
+    off = np.linalg.norm(
+        before.carpet_from_pixel(pixels[after.inside(pixels)]) - places[after.inside(pixels)],
+        axis=1,
+    )
     return float(np.nanpercentile(off, 95))
 
 
@@ -86,8 +100,11 @@ def imported(made: Calibration, here: Calibration) -> Calibration | None:
         data = export(made, "ssl-vision", approximate=True).data
         found = read_file(data, "camera.txt")
         assert isinstance(found, CameraFile)
-        return calibration_from_file(replace(found, image_size=None), ImportOptions(
-            here.field["name"], here.region, here.rotate, here.image_size), fields())
+        return calibration_from_file(
+            replace(found, image_size=None),
+            ImportOptions(here.field["name"], here.region, here.rotate, here.image_size),
+            fields(),
+        )
     except TouchlineError:
         return None
 
@@ -99,12 +116,21 @@ def posed_wrong(made: Calibration, rng: np.random.Generator) -> Calibration:
     turn = cv2.Rodrigues(np.radians(rng.uniform(2, 6)) * axis / np.linalg.norm(axis))[0]
     rotation = turn @ cv2.Rodrigues(np.array(parameters["rotation"], float))[0]
     off = rng.uniform(100, 400) * way / np.linalg.norm(way)
-    return replace(made, model_parameters={**parameters, "rotation": cv2.Rodrigues(rotation)[0].ravel().tolist(),
-                                           "position_mm": (np.array(parameters["position_mm"]) + off).tolist()})
+    return replace(
+        made,
+        model_parameters={
+            **parameters,
+            "rotation": cv2.Rodrigues(rotation)[0].ravel().tolist(),
+            "position_mm": (np.array(parameters["position_mm"]) + off).tolist(),
+        },
+    )
 
 
-def foreign(made: Calibration, before: Calibration | None, rng: np.random.Generator,
-            ) -> Iterator[tuple[str, Calibration]]:
+def foreign(
+    made: Calibration,
+    before: Calibration | None,
+    rng: np.random.Generator,
+) -> Iterator[tuple[str, Calibration]]:
     """before: of another camera over the same field."""
     other = imported(made, made)
     if other is None or "position_mm" not in other.model_parameters:
@@ -122,24 +148,46 @@ def wrong(case: str, found: Check, made: Calibration, moved: float) -> str:
     if case in ("own", "later"):
         if told in ("moved", "never right"):
             return "called " + told
-        return "better than its own report" if own in ("fair", "poor") and level in ("good", *(
-            ("fair",) if own == "poor" else ())) else ""
+        return (
+            "better than its own report"
+            if own in ("fair", "poor") and level in ("good", *(("fair",) if own == "poor" else ()))
+            else ""
+        )
     if case == "turned":
         promised = (made.report.get("sigma_mm") or {}).get("rms_95") or 0.0
         must = moved > max(promised, made.report["verdict"]["mm"] or 0.0, GOOD_MM)
-        return "called " + told if told == "never right" or (must and told != "moved") else (
-            "good" if must and level == "good" else "")
-    return "called moved" if told == "moved" else "good" if level == "good" and case != "foreign, right" else ""
+        return (
+            "called " + told
+            if told == "never right" or (must and told != "moved")
+            else ("good" if must and level == "good" else "")
+        )
+    return (
+        "called moved"
+        if told == "moved"
+        else "good"
+        if level == "good" and case != "foreign, right"
+        else ""
+    )
 
 
-def rows(scene: Scene, seed: int, before: Calibration | None) -> Iterator[tuple[str, str, Check, Calibration, float]]:
+def rows(
+    scene: Scene, seed: int, before: Calibration | None
+) -> Iterator[tuple[str, str, Check, Calibration, float]]:
     rng = np.random.default_rng([seed, 23])
     spec = scene.spec
-    things = replace(spec.things, robots=int(rng.integers(0, 11)), people=int(rng.random() < 0.25),
-                     shade=int(rng.integers(0, 3)), glare=int(rng.integers(0, 3)))
+    things = replace(
+        spec.things,
+        robots=int(rng.integers(0, 11)),
+        people=int(rng.random() < 0.25),
+        shade=int(rng.integers(0, 3)),
+        glare=int(rng.integers(0, 3)),
+    )
     knocked = turned(scene.camera, TURN_DEG, rng)
-    pictures = {"own": (scene, 0.0), "later": (render(replace(spec, things=things), moment=1), 0.0),
-                "turned": (render(spec, knocked, moment=2), moved_mm(scene.camera, knocked, scene))}
+    pictures = {
+        "own": (scene, 0.0),
+        "later": (render(replace(spec, things=things), moment=1), 0.0),
+        "turned": (render(spec, knocked, moment=2), moved_mm(scene.camera, knocked, scene)),
+    }
     for model, made in calibrations(scene):
         for case, (now, moved) in pictures.items():
             yield model, case, check(made, now.pixels), made, moved
@@ -159,13 +207,24 @@ def run(count: int, first: int) -> None:
             seed += 1
             continue
         for model, case, found, made, moved in rows(scene, seed, last.get(scene.field.name)):
-            own, verdict, change = made.report["verdict"]["level"], found["verdict"], found["change"]
+            own, verdict, change = (
+                made.report["verdict"]["level"],
+                found["verdict"],
+                found["change"],
+            )
             table[model, case, own][f"{CLAIMS[verdict['reason']]}, {verdict['level']}"] += 1
             why = wrong(case, found, made, moved)
             told = f"{seed} {model} {case} (own: {own}, {made.report['verdict']['mm'] or np.nan:.1f} mm)"
-            print(told, verdict["reason"], verdict["level"], f"truly moved {moved:.1f}", change and {
-                name: round(float(mm), 2) for name, mm in change.items()}, f"p95 {found['p95_mm'] or np.nan:.1f}",
-                  "WRONG: " + why if why else "", flush=True)
+            print(
+                told,
+                verdict["reason"],
+                verdict["level"],
+                f"truly moved {moved:.1f}",
+                change and {name: round(float(mm), 2) for name, mm in change.items()},
+                f"p95 {found['p95_mm'] or np.nan:.1f}",
+                "WRONG: " + why if why else "",
+                flush=True,
+            )
             if why:
                 bad.append((told, why, verdict["sentence"]))
             latest = made if (model, case) == ("auto", "own") else latest
@@ -174,8 +233,11 @@ def run(count: int, first: int) -> None:
         done, seed = done + (latest is not None), seed + 1
     print(f"{done} scenes, seeds {first}-{seed - 1}")
     for (model, case, own), told in sorted(table.items()):
-        print(f"| {model} | {case} | {own} | {sum(told.values())} | " + "; ".join(
-            f"{words}: {n}" for words, n in told.most_common()) + " |")
+        print(
+            f"| {model} | {case} | {own} | {sum(told.values())} | "
+            + "; ".join(f"{words}: {n}" for words, n in told.most_common())
+            + " |"
+        )
     print(f"{len(bad)} wrong", *bad, sep="\n")
 
 

@@ -43,8 +43,14 @@ def good_versions(seeds: range) -> None:
     for seed in seeds:
         view, points = list(VIEWS)[seed % len(VIEWS)], POINTS[seed // len(VIEWS) % len(POINTS)]
         scene = height_scene(seed, view, points)
-        request = CalibrationRequest(scene.observations, scene.field, scene.region, scene.image_size, scene.model,
-                                     scene.height_option())
+        request = CalibrationRequest(
+            scene.observations,
+            scene.field,
+            scene.region,
+            scene.image_size,
+            scene.model,
+            scene.height_option(),
+        )
         try:
             made = request.record(request.preview())
         except FitFailed as refusal:
@@ -57,9 +63,13 @@ def good_versions(seeds: range) -> None:
         is_good = off_mm <= GOOD_MM
         found[("good" if is_good else "not good") + (", doubted" if against else "")] += 1
         if (is_good and against) or (off_mm > FAIR_MM and not against):
-            print(f"{seed}: {view}, {points}: {off_mm:.1f} mm off, against it {against}", flush=True)
+            print(
+                f"{seed}: {view}, {points}: {off_mm:.1f} mm off, against it {against}", flush=True
+            )
     print(f"versions, seeds {seeds.start}-{seeds.stop - 1}: {dict(found)}")
 
 
 if __name__ == "__main__":
-    {"false": false_claims, "good": good_versions}[sys.argv[1]](range(int(sys.argv[2]), int(sys.argv[3])))
+    {"false": false_claims, "good": good_versions}[sys.argv[1]](
+        range(int(sys.argv[2]), int(sys.argv[3]))
+    )

@@ -16,8 +16,10 @@ import time
 OURS, TOKEN = "127.0.0.1", "0123456789abcdef0123"
 CALLS = 100
 REQUEST = "GET /api/v1/cameras HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {token}\r\n{more}\r\n"
-UPGRADE = ("Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-           "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n")
+UPGRADE = (
+    "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+)
 SERVER = """
 import sys, tempfile
 from pathlib import Path
@@ -42,7 +44,9 @@ def connect(address: str, port: int, text: str = "") -> socket.socket | None:
 def answered(address: str, port: int, token: str) -> tuple[int, float]:
     """Return the status of one request on a new connection, 0 for none, and ms until then."""
     begin, status = time.monotonic(), 0
-    if (line := connect(address, port, REQUEST.format(token=token, more="Connection: close\r\n"))) is not None:
+    if (
+        line := connect(address, port, REQUEST.format(token=token, more="Connection: close\r\n"))
+    ) is not None:
         with line:
             try:
                 status = int(line.recv(65536).split()[1])
@@ -56,11 +60,18 @@ def nobody(port: int) -> list[socket.socket | None]:
 
 
 def half_sent(port: int) -> list[socket.socket | None]:
-    return [connect(f"127.0.1.{machine}", port, "GET / HTTP/1.1\r\nHost:") for machine in range(10) for _ in range(40)]
+    return [
+        connect(f"127.0.1.{machine}", port, "GET / HTTP/1.1\r\nHost:")
+        for machine in range(10)
+        for _ in range(40)
+    ]
 
 
 def idle(port: int) -> list[socket.socket | None]:
-    return [connect(f"127.0.2.{number % 20}", port, REQUEST.format(token="", more="")) for number in range(500)]
+    return [
+        connect(f"127.0.2.{number % 20}", port, REQUEST.format(token="", more=""))
+        for number in range(500)
+    ]
 
 
 def sockets(port: int) -> list[socket.socket | None]:
@@ -69,10 +80,14 @@ def sockets(port: int) -> list[socket.socket | None]:
 
 
 def main() -> None:
-    resource.setrlimit(resource.RLIMIT_NOFILE, (4096, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+    resource.setrlimit(
+        resource.RLIMIT_NOFILE, (4096, resource.getrlimit(resource.RLIMIT_NOFILE)[1])
+    )
     with socket.create_server((OURS, 0)) as free:
         port = free.getsockname()[1]
-    server = subprocess.Popen([sys.executable, "-c", SERVER, TOKEN, str(port)], stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        [sys.executable, "-c", SERVER, TOKEN, str(port)], stdout=subprocess.PIPE, text=True
+    )
     try:
         assert server.stdout is not None and "running" in server.stdout.readline()
         for attack in (nobody, half_sent, idle, sockets):
@@ -80,8 +95,11 @@ def main() -> None:
             for name, address in (("this machine", OURS), ("token holder", "127.0.4.1")):
                 found = [answered(address, port, TOKEN) for _ in range(CALLS)]
                 times, good = [ms for _, ms in found], sum(status == 200 for status, _ in found)
-                print(f"{attack.__name__:12} {name:13} answered {good:3} of {CALLS}, median "
-                      f"{statistics.median(times):5.1f} ms, most {max(times):6.1f} ms", flush=True)
+                print(
+                    f"{attack.__name__:12} {name:13} answered {good:3} of {CALLS}, median "
+                    f"{statistics.median(times):5.1f} ms, most {max(times):6.1f} ms",
+                    flush=True,
+                )
             for line in held:
                 if line is not None:
                     line.close()

@@ -19,6 +19,7 @@ PICTURE = np.random.default_rng(0).integers(0, 255, (580, 780, 3), np.uint8)
 
 def median_ms(work, rounds: int = 31) -> float:
     import time
+
     times = []
     for _ in range(rounds):
         start = time.perf_counter()
@@ -30,6 +31,7 @@ def median_ms(work, rounds: int = 31) -> float:
 def paired_ratio(ours, peer, rounds: int = 41) -> float:
     """Median of ratios of runs side by side, so that a machine that slows down slows both."""
     import time
+
     ratios = []
     for _ in range(rounds):
         a = time.perf_counter()
@@ -41,13 +43,20 @@ def paired_ratio(ours, peer, rounds: int = 41) -> float:
 
 
 def two_pass_maps(model):
-    x_c, y = np.meshgrid(np.arange(model.corrected_size.width, dtype=float), np.arange(1080, dtype=float) * 580 / 1080)
+    x_c, y = np.meshgrid(
+        np.arange(model.corrected_size.width, dtype=float),
+        np.arange(1080, dtype=float) * 580 / 1080,
+    )
     x = model.left(y) + x_c * (model.right(y) - model.left(y)) / model.width_px
-    _, y_c = np.meshgrid(np.arange(model.corrected_size.width, dtype=float),
-                         np.arange(model.corrected_size.height, dtype=float))
+    _, y_c = np.meshgrid(
+        np.arange(model.corrected_size.width, dtype=float),
+        np.arange(model.corrected_size.height, dtype=float),
+    )
     y2 = model.top(x_c) + y_c * (model.bottom(x_c) - model.top(x_c)) / model.height_px
-    return [cv2.convertMaps(a.astype(np.float32), b.astype(np.float32), cv2.CV_16SC2)
-            for a, b in ((x, y), (x_c, y2 * 1080 / 580))]
+    return [
+        cv2.convertMaps(a.astype(np.float32), b.astype(np.float32), cv2.CV_16SC2)
+        for a, b in ((x, y), (x_c, y2 * 1080 / 580))
+    ]
 
 
 def test_building_the_map_for_1080p(benchmark):
@@ -61,9 +70,13 @@ def test_building_the_map_for_a_watched_width(benchmark):
 
 def test_applying_the_map_is_remap_alone(benchmark):
     table = correction_map(FULL_HD)
-    fixed = cv2.convertMaps(np.nan_to_num(table.raw_x, nan=-1e4), np.nan_to_num(table.raw_y, nan=-1e4), cv2.CV_16SC2)
+    fixed = cv2.convertMaps(
+        np.nan_to_num(table.raw_x, nan=-1e4), np.nan_to_num(table.raw_y, nan=-1e4), cv2.CV_16SC2
+    )
     benchmark(table.apply, PICTURE)
-    ratio = paired_ratio(lambda: table.apply(PICTURE), lambda: cv2.remap(PICTURE, *fixed, cv2.INTER_LINEAR))
+    ratio = paired_ratio(
+        lambda: table.apply(PICTURE), lambda: cv2.remap(PICTURE, *fixed, cv2.INTER_LINEAR)
+    )
     print(f"\napplying our map / cv2.remap with fixed maps: {ratio:.3f}")
     assert ratio <= 1.05
 
@@ -75,6 +88,7 @@ def test_one_pass_against_two():
     def two():
         rows_done = cv2.remap(PICTURE, *first, cv2.INTER_LINEAR)
         return cv2.remap(rows_done, *second, cv2.INTER_LINEAR)
+
     ratio = paired_ratio(two, lambda: table.apply(PICTURE))
     print(f"\ntwo passes / one pass: {ratio:.2f}")
     assert ratio >= 1.8

@@ -33,7 +33,10 @@ def one_line(rng):
 
 
 def one_place(rng):
-    return {name: rng.uniform(100, 900, 2) + rng.normal(0, 10.0 ** rng.integers(-12, 1), (9, 2)) for name in BORDERS}
+    return {
+        name: rng.uniform(100, 900, 2) + rng.normal(0, 10.0 ** rng.integers(-12, 1), (9, 2))
+        for name in BORDERS
+    }
 
 
 def random_places(rng):
@@ -62,15 +65,31 @@ def half_gone(rng):
 
 
 def noisy(rng):
-    return {o.feature: np.clip(o.points + rng.normal(0, 60, o.points.shape), 0, 1000) for o in _seen(rng)}
+    return {
+        o.feature: np.clip(o.points + rng.normal(0, 60, o.points.shape), 0, 1000)
+        for o in _seen(rng)
+    }
 
 
 def _seen(rng):
-    camera = reference_camera(rng.choice(["none", "strong", "pincushion"]), float(rng.choice([0, 8])))
+    camera = reference_camera(
+        rng.choice(["none", "strong", "pincushion"]), float(rng.choice([0, 8]))
+    )
     return border_observations(camera, REGION, 9, 0.3, rng, anywhere=True)
 
 
-KINDS = (few, one_line, one_place, random_places, mirrored, shuffled, parallel_only, steps, half_gone, noisy)
+KINDS = (
+    few,
+    one_line,
+    one_place,
+    random_places,
+    mirrored,
+    shuffled,
+    parallel_only,
+    steps,
+    half_gone,
+    noisy,
+)
 
 
 def tried(rng, kind, model: str) -> str:
@@ -103,7 +122,9 @@ def main(count: int, first: int = 0) -> None:
         assert slowest < SLOW_S, f"seed {seed}: {kind.__name__} on {model} took {slowest:.1f} s"
     for kind, counts in outcomes.items():
         print(f"{kind:14} " + ", ".join(f"{reason} {n}" for reason, n in counts.most_common()))
-    print(f"{count} sets, slowest {slowest:.2f} s, nothing hung, nothing was not finite, every refusal had a fix")
+    print(
+        f"{count} sets, slowest {slowest:.2f} s, nothing hung, nothing was not finite, every refusal had a fix"
+    )
 
 
 if __name__ == "__main__":

@@ -73,8 +73,14 @@ def late(watched: dict, kind: str) -> np.ndarray:
 
 
 def told(ms: np.ndarray, draws: int) -> str:
-    return (f"p50 {np.percentile(ms, 50):.0f}, p95 {np.percentile(ms, 95):.0f}, worst {ms.max():.0f} ms "
-            f"({len(ms)} moves, {draws} times drawn)") if len(ms) else "never drawn"
+    return (
+        (
+            f"p50 {np.percentile(ms, 50):.0f}, p95 {np.percentile(ms, 95):.0f}, worst {ms.max():.0f} ms "
+            f"({len(ms)} moves, {draws} times drawn)"
+        )
+        if len(ms)
+        else "never drawn"
+    )
 
 
 def dragged(operator: Operator, server: Server, model: str, way: str | None) -> dict:
@@ -86,8 +92,17 @@ def dragged(operator: Operator, server: Server, model: str, way: str | None) -> 
     clicks = border_clicks(camera, region, PER_BORDER, 0.3)
     snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
     seen = [{"feature": n, "kind": "line", "points": p[1:-1].tolist()} for n, p in clicks.items()]
-    operator.go_on(snapshot, {"field": field.name, "region": region.name, "model": model, "options": {},
-                              "observations": seen}, "points")
+    operator.go_on(
+        snapshot,
+        {
+            "field": field.name,
+            "region": region.name,
+            "model": model,
+            "options": {},
+            "observations": seen,
+        },
+        "points",
+    )
     page = operator.page
     page.get_by_test_id("curve-left").wait_for(state="attached", timeout=60_000)
     page.get_by_test_id("rms-px").wait_for(timeout=60_000)
@@ -95,7 +110,9 @@ def dragged(operator: Operator, server: Server, model: str, way: str | None) -> 
     if way:
         page.keyboard.press("w") if way == "wipe" else page.get_by_test_id("do-side").click()
         page.locator("canvas[data-testid=corrected][data-drawn]").wait_for(timeout=60_000)
-        print(f"  canvas {page.get_by_test_id('corrected').evaluate('it => [it.width, it.height]')} px")
+        print(
+            f"  canvas {page.get_by_test_id('corrected').evaluate('it => [it.width, it.height]')} px"
+        )
     page.wait_for_timeout(1500)
     x, y = operator.spot(*clicks["left"][PER_BORDER // 2])
     page.mouse.move(x, y)
@@ -103,8 +120,10 @@ def dragged(operator: Operator, server: Server, model: str, way: str | None) -> 
     page.mouse.move(x + 8, y)
     page.mouse.move(x, y)
     page.wait_for_timeout(500)
-    page.evaluate("() => { for (const list of ['moves', 'curve', 'preview', 'corrected', 'frames', 'long'])"
-                  " watched[list].length = 0; }")
+    page.evaluate(
+        "() => { for (const list of ['moves', 'curve', 'preview', 'corrected', 'frames', 'long'])"
+        " watched[list].length = 0; }"
+    )
     for i in range(MOVES):
         begun = time.perf_counter()
         # no stray: those bend no curve
@@ -112,7 +131,9 @@ def dragged(operator: Operator, server: Server, model: str, way: str | None) -> 
         time.sleep(max(0.0, PACE_S - (time.perf_counter() - begun)))
     watched = page.evaluate("watched")
     page.wait_for_timeout(1000)
-    watched |= {kind: page.evaluate(f"watched.{kind}") for kind in ("curve", "preview", "corrected")}
+    watched |= {
+        kind: page.evaluate(f"watched.{kind}") for kind in ("curve", "preview", "corrected")
+    }
     page.mouse.up()
     return {**watched, "points": sum(len(p) - 2 for p in clicks.values())}
 
@@ -134,13 +155,18 @@ def main() -> None:
                 operator.prefer("correction", "browser")
                 watched = dragged(operator.visit(), server, model, asked.way)
                 print(f"{model}, {watched['points']} points")
-                for kind, what in (("curve", "curve"), ("corrected", "corrected picture"),
-                                   ("preview", "arrows, distortion and verdict")):
+                for kind, what in (
+                    ("curve", "curve"),
+                    ("corrected", "corrected picture"),
+                    ("preview", "arrows, distortion and verdict"),
+                ):
                     print(f"  {what}: {told(late(watched, kind), len(watched[kind]))}")
                 frames = np.diff(watched["frames"])
-                print(f"  frames: p50 {np.percentile(frames, 50):.0f}, p95 {np.percentile(frames, 95):.0f}, worst "
-                      f"{frames.max():.0f} ms; long tasks: {len(watched['long'])}, the longest "
-                      f"{max(watched['long'], default=0):.0f} ms")
+                print(
+                    f"  frames: p50 {np.percentile(frames, 50):.0f}, p95 {np.percentile(frames, 95):.0f}, worst "
+                    f"{frames.max():.0f} ms; long tasks: {len(watched['long'])}, the longest "
+                    f"{max(watched['long'], default=0):.0f} ms"
+                )
                 page.close()
         finally:
             browser.close()

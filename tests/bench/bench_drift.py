@@ -53,10 +53,15 @@ def main() -> None:
                 mm.append(sample.moved.mm)
                 seen.append(sample.seen)
         alarms, looks = alarms + raised, looks + every
-        print(f"{scene:96s} {len(reference.across):6d} {np.median(seen):4.0f} {np.median(px):12.3f} {max(px):6.3f} "
-              f"{np.median(mm):12.2f} {max(mm):6.2f} {raised:7d} {covered:7d}", flush=True)
-    print(f"{alarms} alarms in {looks} frames; a look takes {1e3 * np.median(took):.1f} ms in the middle, "
-          f"{1e3 * np.percentile(took, 99):.1f} ms in 99 %, of one core")
+        print(
+            f"{scene:96s} {len(reference.across):6d} {np.median(seen):4.0f} {np.median(px):12.3f} {max(px):6.3f} "
+            f"{np.median(mm):12.2f} {max(mm):6.2f} {raised:7d} {covered:7d}",
+            flush=True,
+        )
+    print(
+        f"{alarms} alarms in {looks} frames; a look takes {1e3 * np.median(took):.1f} ms in the middle, "
+        f"{1e3 * np.percentile(took, 99):.1f} ms in 99 %, of one core"
+    )
     for kind in KNOCKS:
         found, asked, late = 0, 0, []
         for scene in SCENES:
@@ -74,7 +79,9 @@ def main() -> None:
                         late.append(index - 3)
                         break
                 asked += 1
-        print(f"knocked by {kind}: {found} of {asked} found, after {np.mean(late):.1f} looks, {max(late)} at most")
+        print(
+            f"knocked by {kind}: {found} of {asked} found, after {np.mean(late):.1f} looks, {max(late)} at most"
+        )
 
 
 if __name__ == "__main__":

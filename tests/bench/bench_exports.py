@@ -31,14 +31,29 @@ EDGE_PX = 12.0
 def camera(lens: str, tilt_deg: float, height_mm: float = 6500.0) -> BrownConrady:
     tilt = np.radians(tilt_deg)
     down = np.diag([1.0, -1.0, -1.0])
-    turned = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]]) @ down
+    turned = (
+        np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
+        @ down
+    )
     k1, k2 = LENSES[lens]
     region = FIELD.region("full")
-    made = BrownConrady(lens_terms=(k1, k2, 0, 0, 0, 0, 0, 0), focal_px=900.0, aspect=1.0, centre_px=SIZE.centre,
-                        rotation=tuple(map(float, vector_from_matrix(turned))), width_px=1223.0, height_px=815.0,
-                        position_mm=(0.0, float(height_mm * np.tan(tilt)), height_mm), n_rectangles_x=10,
-                        n_rectangles_y=7, region=region, image_size=SIZE)
-    corners = np.array([[x, y, 0.0] for x in np.linspace(-4500, 4500, 41) for y in np.linspace(-3000, 3000, 41)])
+    made = BrownConrady(
+        lens_terms=(k1, k2, 0, 0, 0, 0, 0, 0),
+        focal_px=900.0,
+        aspect=1.0,
+        centre_px=SIZE.centre,
+        rotation=tuple(map(float, vector_from_matrix(turned))),
+        width_px=1223.0,
+        height_px=815.0,
+        position_mm=(0.0, float(height_mm * np.tan(tilt)), height_mm),
+        n_rectangles_x=10,
+        n_rectangles_y=7,
+        region=region,
+        image_size=SIZE,
+    )
+    corners = np.array(
+        [[x, y, 0.0] for x in np.linspace(-4500, 4500, 41) for y in np.linspace(-3000, 3000, 41)]
+    )
     reach = np.abs(made.project(corners) - np.array(SIZE.centre)).max(axis=0)
     return replace(made, focal_px=float(900 * ((np.array(SIZE.centre) - EDGE_PX) / reach).min()))
 
@@ -50,8 +65,10 @@ def costs(lens: str, tilt_deg: float) -> list[float]:
     loss = interchange.export(made, "ssl-vision", approximate=True).loss
     naive = []
     for sign in (-1, 1):
-        plain = Ssl(**{f.name: getattr(model, f.name) for f in fields(Ssl) if f.name != "lens_terms"},
-                    lens_terms=(sign * LENSES[lens][0],))
+        plain = Ssl(
+            **{f.name: getattr(model, f.name) for f in fields(Ssl) if f.name != "lens_terms"},
+            lens_terms=(sign * LENSES[lens][0],),
+        )
         naive.append(approximation_error(model, plain, model.region, FIELD.hat_height_mm).worst_mm)
     return [loss.worst_mm, loss.rms_mm, loss.hat_worst_mm, loss.hat_rms_mm, *naive]
 
@@ -64,9 +81,13 @@ def test_the_nearest_one_term_lens_beats_a_term_that_is_only_renamed():
 
 
 if __name__ == "__main__":
-    print("| lens | tilt | worst, rms on the carpet | worst, rms at 150 mm | worst with a = -k1 | worst with a = k1 |")
+    print(
+        "| lens | tilt | worst, rms on the carpet | worst, rms at 150 mm | worst with a = -k1 | worst with a = k1 |"
+    )
     for lens in LENSES:
         for tilt in (0, 12, 30):
             c = costs(lens, tilt)
-            print(f"| {lens} | {tilt}° | {c[0]:.2f}, {c[1]:.2f} mm | {c[2]:.2f}, {c[3]:.2f} mm | {c[4]:.0f} mm | "
-                  f"{c[5]:.0f} mm |")
+            print(
+                f"| {lens} | {tilt}° | {c[0]:.2f}, {c[1]:.2f} mm | {c[2]:.2f}, {c[3]:.2f} mm | {c[4]:.0f} mm | "
+                f"{c[5]:.0f} mm |"
+            )

@@ -39,13 +39,18 @@ def by_tape() -> None:
     off, took = [], []
     for name, seed in product(LINES, range(20)):
         truth = JoinedField(FIELD).moved({name: (15.0, 15.0)}, {})
-        distances = [TapeDistance(*one) for one in measured(truth, SIDES_AND_DIAGONALS, noise_mm=1.0, seed=seed)]
+        distances = [
+            TapeDistance(*one)
+            for one in measured(truth, SIDES_AND_DIAGONALS, noise_mm=1.0, seed=seed)
+        ]
         begun = time.thread_time()
         found = adjust_to_tape(FIELD, distances)
         took.append(time.thread_time() - begun)
         off.append(worst_mm(found.field, truth))
-    print(f"13 tape distances, {len(off)} fields: the worst end of any line {np.median(off):.1f} mm off (median), "
-          f"{max(off):.1f} at most; {1000 * np.median(took):.0f} ms")
+    print(
+        f"13 tape distances, {len(off)} fields: the worst end of any line {np.median(off):.1f} mm off (median), "
+        f"{max(off):.1f} at most; {1000 * np.median(took):.0f} ms"
+    )
 
 
 def by_calibration() -> None:
@@ -56,8 +61,10 @@ def by_calibration() -> None:
             found = as_found(calibrated_on(FIELD, truth, seed), FIELD)
             off.append(worst_mm(found.field, truth))
             sigmas.append(abs(found.offsets[name][0] - aside) / found.offsets[name][1])
-        print(f"a calibration's offsets, {name}, {len(off)} cameras: {np.median(off):.1f} mm (median), {max(off):.1f} "
-              f"at most, {sum(one > 3 for one in off)} over 3; {max(sigmas):.1f} of its σ at most")
+        print(
+            f"a calibration's offsets, {name}, {len(off)} cameras: {np.median(off):.1f} mm (median), {max(off):.1f} "
+            f"at most, {sum(one > 3 for one in off)} over 3; {max(sigmas):.1f} of its σ at most"
+        )
 
 
 def from_pictures(count: int) -> None:
@@ -65,7 +72,9 @@ def from_pictures(count: int) -> None:
     took = []
     for seed in range(count):
         shown = render(scene_spec(seed))
-        _, made = AutomaticRequest(shown.field, shown.region, "brown-conrady").answer(Frame(shown.pixels))
+        _, made = AutomaticRequest(shown.field, shown.region, "brown-conrady").answer(
+            Frame(shown.pixels)
+        )
         if made is None:
             continue
         begun = time.thread_time()
@@ -74,17 +83,27 @@ def from_pictures(count: int) -> None:
         looked += 1
         field = field_from_json(told["field"])
         added = [(field.lines | field.arcs)[name] for name in told["added"]]
-        for marking in replace(shown.field, lines={n: m for n, m in shown.field.lines.items()
-                                                   if n not in bare(shown.field).lines}).markings:
+        for marking in replace(
+            shown.field,
+            lines={n: m for n, m in shown.field.lines.items() if n not in bare(shown.field).lines},
+        ).markings:
             places = visible(shown, marking)
             if len(places) >= 15:
                 there += 1
                 off = [np.linalg.norm(one.nearest(places) - places, axis=1) for one in added]
                 seen += bool(off) and float(np.mean(np.min(off, axis=0) < NEAR_MM)) > 0.6
-        wrong += sum(min(float(np.linalg.norm(m.nearest(one.sample(20)) - one.sample(20), axis=1).mean())
-                         for m in shown.field.markings) > NEAR_MM for one in added)
-    print(f"{looked} of {count} pictures calibrated: {seen} of {there} markings in sight added, {wrong} that are none; "
-          f"{np.median(took):.2f} s")
+        wrong += sum(
+            min(
+                float(np.linalg.norm(m.nearest(one.sample(20)) - one.sample(20), axis=1).mean())
+                for m in shown.field.markings
+            )
+            > NEAR_MM
+            for one in added
+        )
+    print(
+        f"{looked} of {count} pictures calibrated: {seen} of {there} markings in sight added, {wrong} that are none; "
+        f"{np.median(took):.2f} s"
+    )
 
 
 if __name__ == "__main__":

@@ -25,8 +25,13 @@ START = "from touchline.cli import main; main()"
 
 def started_server(data: str) -> tuple[subprocess.Popen, str]:
     """A server on a free port, and its address."""
-    server = subprocess.Popen([sys.executable, "-c", START, "serve", "--port", "0", "--data", data], cwd=ROOT,
-                              stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+    server = subprocess.Popen(
+        [sys.executable, "-c", START, "serve", "--port", "0", "--data", data],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
     assert server.stdout is not None
     return server, server.stdout.readline().split()[-1]
 
@@ -41,7 +46,9 @@ def clicks(count: int = 30) -> list[list[float]]:
 
 def times_ms(url: str, degree: int | str) -> np.ndarray:
     """Milliseconds of each of RUNS requests, answer read."""
-    body = json.dumps({"points": clicks(), "axis": "x_of_y", "degree": degree, "image_size": [1920, 1080]})
+    body = json.dumps(
+        {"points": clicks(), "axis": "x_of_y", "degree": degree, "image_size": [1920, 1080]}
+    )
     line = HTTPConnection(urlsplit(url).netloc)
     times = []
     for _ in range(WARM_UP + RUNS):
@@ -60,8 +67,10 @@ def main() -> None:
         try:
             for degree in (3, "auto"):
                 p50, p95, p99 = np.percentile(times_ms(url, degree), (50, 95, 99))
-                print(f"POST /fit/border, 30 points, degree {degree}: p50 {p50:.2f} ms, p95 {p95:.2f} ms, "
-                      f"p99 {p99:.2f} ms ({RUNS} requests)")
+                print(
+                    f"POST /fit/border, 30 points, degree {degree}: p50 {p50:.2f} ms, p95 {p95:.2f} ms, "
+                    f"p99 {p99:.2f} ms ({RUNS} requests)"
+                )
         finally:
             server.send_signal(signal.SIGTERM)
             server.wait(10)

@@ -27,18 +27,33 @@ def taken(noise, robots, frozen_s=None):
             picture = rendering.frame_at(number, number / FPS)
         shown = picture.copy()
         if frozen_s is not None:
-            cv2.putText(shown, f"12:00:{number // FPS:02d}", (20, 40), cv2.FONT_HERSHEY_SIMPLEX, 0.8, (255,) * 3, 2)
+            cv2.putText(
+                shown,
+                f"12:00:{number // FPS:02d}",
+                (20, 40),
+                cv2.FONT_HERSHEY_SIMPLEX,
+                0.8,
+                (255,) * 3,
+                2,
+            )
         yield shown
 
 
 def jpegs(pictures, quality):
     for one in pictures:
-        yield cv2.imdecode(cv2.imencode(".jpg", one, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_COLOR)
+        yield cv2.imdecode(
+            cv2.imencode(".jpg", one, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_COLOR
+        )
 
 
 def h264(pictures, crf, key_frame_s):
     coder, decoder = av.CodecContext.create("libx264", "w"), av.CodecContext.create("h264", "r")
-    coder.width, coder.height, coder.pix_fmt, coder.time_base = 640, 512, "yuv420p", Fraction(1, FPS)
+    coder.width, coder.height, coder.pix_fmt, coder.time_base = (
+        640,
+        512,
+        "yuv420p",
+        Fraction(1, FPS),
+    )
     coder.options = {"crf": str(crf), "preset": "veryfast", "tune": "zerolatency"}
     coder.gop_size = round(key_frame_s * FPS)
     for one in pictures:
@@ -54,10 +69,19 @@ def judge(name, scheme, pictures):
         still = stillness.add(picture, number / FPS)
         status = ProcessStatus.initial(0.0).updated({"quality": {"still": still}}, 0.0)
         all_s, share = max(all_s, still["all_s"]), max(share, still["share"])
-        found = "stalled" if frozen_reason(status, scheme) else "in doubt" if frozen_doubt(status, scheme) else "live"
+        found = (
+            "stalled"
+            if frozen_reason(status, scheme)
+            else "in doubt"
+            if frozen_doubt(status, scheme)
+            else "live"
+        )
         if found != "live" and said != "stalled":
             said = found
-    print(f"{name}: the same at most {all_s:.1f} s as a whole, {100 * share:.0f} % of it for 20 s: {said}", flush=True)
+    print(
+        f"{name}: the same at most {all_s:.1f} s as a whole, {100 * share:.0f} % of it for 20 s: {said}",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":
@@ -68,13 +92,21 @@ if __name__ == "__main__":
     for level in (2, 4):
         for strength in (23, 30, 37):
             for key_s in (2, 10, 100):
-                judge(f"H.264 crf {strength}, a key frame every {key_s} s, noise {level}", "rtsp",
-                      h264(taken(level, 0), strength, key_s))
-    judge("H.264 crf 30, a key frame every 10 s, noise 2, 4 robots", "rtsp", h264(taken(2, 4), 30, 10))
+                judge(
+                    f"H.264 crf {strength}, a key frame every {key_s} s, noise {level}",
+                    "rtsp",
+                    h264(taken(level, 0), strength, key_s),
+                )
+    judge(
+        "H.264 crf 30, a key frame every 10 s, noise 2, 4 robots", "rtsp", h264(taken(2, 4), 30, 10)
+    )
     for since_s in (25, 0):
         judge(f"frozen at {since_s} s, raw", "v4l2", taken(2, 4, since_s))
         judge(f"frozen at {since_s} s, JPEG 75", "http", jpegs(taken(2, 4, since_s), 75))
         for strength in (23, 30):
             for key_s in (2, 10):
-                judge(f"frozen at {since_s} s, H.264 crf {strength}, a key frame every {key_s} s", "rtsp",
-                      h264(taken(2, 4, since_s), strength, key_s))
+                judge(
+                    f"frozen at {since_s} s, H.264 crf {strength}, a key frame every {key_s} s",
+                    "rtsp",
+                    h264(taken(2, 4, since_s), strength, key_s),
+                )

@@ -35,8 +35,10 @@ def cycles(url: str) -> None:
     for _ in range(CYCLES):
         once()
     took_ms = (time.perf_counter() - start) / CYCLES * 1000
-    print(f"{url}: {CYCLES} times opened, one frame, closed: {before} before, {held()} after, "
-          f"{memory_mb() - before_mb:+.1f} MB, {took_ms:.0f} ms each")
+    print(
+        f"{url}: {CYCLES} times opened, one frame, closed: {before} before, {held()} after, "
+        f"{memory_mb() - before_mb:+.1f} MB, {took_ms:.0f} ms each"
+    )
 
 
 def rate(url: str, fps: float, **size: int) -> None:
@@ -50,8 +52,10 @@ def rate(url: str, fps: float, **size: int) -> None:
         for _ in range(count):
             shape = camera.read().pixels.shape
         seconds, lost_now = time.perf_counter() - start, camera._device.incomplete
-        print(f"{url}: {shape[1]}x{shape[0]} asked at {fps:g} Hz, came at {count / seconds:.1f}, "
-              f"{lost_now - lost} incomplete, {(time.process_time() - used) / seconds:.0%} of a processor")
+        print(
+            f"{url}: {shape[1]}x{shape[0]} asked at {fps:g} Hz, came at {count / seconds:.1f}, "
+            f"{lost_now - lost} incomplete, {(time.process_time() - used) / seconds:.0%} of a processor"
+        )
         if "127.0.0.1" in url:
             for name in ("width", "height"):
                 camera.set_control(name, 256)

@@ -20,7 +20,9 @@ from tests.support.chromium import ARGUMENTS, chromium_path
 from tests.support.live_cameras import calibrated
 
 ROOT = Path(__file__).parents[2]
-SCRIPTS = [(Path(__file__).parent / "latency" / name).read_text() for name in ("worker.js", "timecode.js")]
+SCRIPTS = [
+    (Path(__file__).parent / "latency" / name).read_text() for name in ("worker.js", "timecode.js")
+]
 SOURCE = "sim://table?size=1920x1080&fps=30&robots=6&timecode=true"
 MEASURE = """([address, count, around, timecode]) => new Promise((done) => {
   const url = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
@@ -43,10 +45,23 @@ MEASURE = """([address, count, around, timecode]) => new Promise((done) => {
 def served(tmp_path_factory):
     folder = tmp_path_factory.mktemp("latency")
     (folder / "settings.yaml").write_text(
-        f"server: {{port: 0}}\ncameras:\n- {{id: north, source: '{SOURCE}', field: table, region: full}}\n")
-    server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
-                               str(folder / "settings.yaml"), "--data", str(folder / "data")], cwd=ROOT,
-                              stdout=subprocess.PIPE, text=True)
+        f"server: {{port: 0}}\ncameras:\n- {{id: north, source: '{SOURCE}', field: table, region: full}}\n"
+    )
+    server = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "from touchline.cli import main; main()",
+            "serve",
+            "--config",
+            str(folder / "settings.yaml"),
+            "--data",
+            str(folder / "data"),
+        ],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     url = server.stdout.readline().split()[-1]
     yield url
     server.terminate()
@@ -64,7 +79,10 @@ def page(served):
 
 
 def measured(page, url, view, width, count=150):
-    address = url.replace("http", "ws") + f"api/v1/cameras/north/stream?view={view}&width={width}&ack=true"
+    address = (
+        url.replace("http", "ws")
+        + f"api/v1/cameras/north/stream?view={view}&width={width}&ack=true"
+    )
     told = page.evaluate(MEASURE, [address, count, *SCRIPTS])[30:]
     by_stamp = np.array([one[0] for one in told])
     by_picture = np.array([one[1] for one in told if one[1] is not None])
@@ -72,22 +90,32 @@ def measured(page, url, view, width, count=150):
 
 
 def test_from_the_camera_to_the_canvas(page, served):
-    while requests.get(f"{served}api/v1/cameras/north/status", timeout=10).json()["state"] != "live":
+    while (
+        requests.get(f"{served}api/v1/cameras/north/status", timeout=10).json()["state"] != "live"
+    ):
         time.sleep(0.2)
     stamps, pictures = measured(page, served, "raw", 960)
-    print(f"\nraw, 960 wide: p50 {np.median(pictures):.0f} ms, p95 {np.percentile(pictures, 95):.0f} ms by the time "
-          f"in the picture; {np.median(stamps):.0f} ms by its stamp; read in {len(pictures)} of {len(stamps)}")
+    print(
+        f"\nraw, 960 wide: p50 {np.median(pictures):.0f} ms, p95 {np.percentile(pictures, 95):.0f} ms by the time "
+        f"in the picture; {np.median(stamps):.0f} ms by its stamp; read in {len(pictures)} of {len(stamps)}"
+    )
     assert len(pictures) > 0.9 * len(stamps)
     made = calibrated(SOURCE).to_json()
-    task = {name: made[name] for name in ("field", "region", "rotate", "observations", "image_size")}
-    kept = requests.post(f"{served}api/v1/calibrations", json={**task, "camera": "north"}, timeout=30)
+    task = {
+        name: made[name] for name in ("field", "region", "rotate", "observations", "image_size")
+    }
+    kept = requests.post(
+        f"{served}api/v1/calibrations", json={**task, "camera": "north"}, timeout=30
+    )
     assert kept.status_code == 201, kept.text
     activate_despite(served, kept.json()["id"])
     time.sleep(1.0)
     stamps, _ = measured(page, served, "corrected", 960)
     offset = np.median(pictures) - np.median(stamps)
-    print(f"corrected, 960 wide: p50 {np.median(stamps):.0f} ms, p95 {np.percentile(stamps, 95):.0f} ms by its stamp "
-          f"(raw: the picture says {offset:+.0f} ms more or less)")
+    print(
+        f"corrected, 960 wide: p50 {np.median(stamps):.0f} ms, p95 {np.percentile(stamps, 95):.0f} ms by its stamp "
+        f"(raw: the picture says {offset:+.0f} ms more or less)"
+    )
     assert np.median(stamps) < 30
 
 
@@ -101,7 +129,10 @@ def test_eight_cameras_on_one_page_leave_room_to_ask(page, served):
     page.reload()
     watched = [f"more-{number}" for number in range(7)] + ["north"]
     end = time.monotonic() + 60
-    while not all(requests.get(f"{served}api/v1/cameras/{id}/status", timeout=10).json()["viewers"] for id in watched):
+    while not all(
+        requests.get(f"{served}api/v1/cameras/{id}/status", timeout=10).json()["viewers"]
+        for id in watched
+    ):
         assert time.monotonic() < end
         time.sleep(0.2)
     time.sleep(5)
@@ -114,6 +145,8 @@ def test_eight_cameras_on_one_page_leave_room_to_ask(page, served):
       }
       return times;
     }""")
-    print(f"\neight live cameras on one page: an API call answers in {np.median(times):.0f} ms, p95 "
-          f"{np.percentile(times, 95):.0f} ms, at most {max(times):.0f} ms")
+    print(
+        f"\neight live cameras on one page: an API call answers in {np.median(times):.0f} ms, p95 "
+        f"{np.percentile(times, 95):.0f} ms, at most {max(times):.0f} ms"
+    )
     assert np.percentile(times, 95) < 500

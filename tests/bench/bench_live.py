@@ -41,22 +41,43 @@ def quiet_machine():
     """Refuse a machine on which the figures would mean nothing."""
     processors, load = os.cpu_count() or 1, os.getloadavg()[0]
     if processors < MIN_PROCESSORS or load > MAX_LOAD:
-        pytest.fail(f"The promises are of {MIN_PROCESSORS} processors and a load below {MAX_LOAD}; here are "
-                    f"{processors} and {load:.1f}. End what else runs, wait a minute, and try again.", pytrace=False)
+        pytest.fail(
+            f"The promises are of {MIN_PROCESSORS} processors and a load below {MAX_LOAD}; here are "
+            f"{processors} and {load:.1f}. End what else runs, wait a minute, and try again.",
+            pytrace=False,
+        )
 
 
 @pytest.fixture
 def served(tmp_path):
     """A real server with one network camera of another process: (host, port, its process)."""
-    sender = subprocess.Popen([sys.executable, "-m", "tests.support.mjpeg_sender", "1", SIZE, str(FPS)], cwd=ROOT,
-                              stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    source, = json.loads(sender.stdout.readline())["urls"]
+    sender = subprocess.Popen(
+        [sys.executable, "-m", "tests.support.mjpeg_sender", "1", SIZE, str(FPS)],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    (source,) = json.loads(sender.stdout.readline())["urls"]
     (tmp_path / "settings.yaml").write_text(
         "server: {port: 0, max_connections: 300}\nsources: {allowed_hosts: [127.0.0.1]}\n"
-        f"cameras:\n- {{id: north, source: '{source}', field: table}}\n")
-    server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
-                               str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")], cwd=ROOT,
-                              stdout=subprocess.PIPE, text=True)
+        f"cameras:\n- {{id: north, source: '{source}', field: table}}\n"
+    )
+    server = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "from touchline.cli import main; main()",
+            "serve",
+            "--config",
+            str(tmp_path / "settings.yaml"),
+            "--data",
+            str(tmp_path / "data"),
+        ],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     port = int(server.stdout.readline().split()[-1].rstrip("/").rpartition(":")[2])
     yield "127.0.0.1", port, server
     server.send_signal(signal.SIGTERM)
@@ -77,15 +98,22 @@ def memory_mb(pid: int) -> float:
 @pytest.mark.parametrize(("reading", "mute"), [(0, 0), (1, 0), (48, 16)])
 def test_capture_goes_on_whoever_watches(served, reading, mute):
     host, port, server = served
+
     def status():
         return asked(host, port, "/cameras/north/status")
 
     until(status, lambda now: now["state"] == "live")
     path = "/api/v1/cameras/north/stream.mjpg?width=960"
     command = [sys.executable, "-m", "tests.support.live_viewers", host, str(port), path]
-    crowd = subprocess.Popen([*command, str(reading), str(mute), str(SECONDS)], stdout=subprocess.PIPE, text=True)
+    crowd = subprocess.Popen(
+        [*command, str(reading), str(mute), str(SECONDS)], stdout=subprocess.PIPE, text=True
+    )
     time.sleep(4)
-    before, began, memory = asked(host, port, "/cameras/north/status")["seq"], time.monotonic(), memory_mb(server.pid)
+    before, began, memory = (
+        asked(host, port, "/cameras/north/status")["seq"],
+        time.monotonic(),
+        memory_mb(server.pid),
+    )
     times, stop = [], threading.Event()
 
     def ask():
@@ -94,6 +122,7 @@ def test_capture_goes_on_whoever_watches(served, reading, mute):
             asked(host, port, "/models")
             times.append(time.monotonic() - start)
             time.sleep(0.05)
+
     asking = threading.Thread(target=ask)
     asking.start()
     time.sleep(SECONDS - 8)
@@ -104,8 +133,10 @@ def test_capture_goes_on_whoever_watches(served, reading, mute):
     told = json.loads(crowd.communicate(timeout=60)[0])
     captured = (seq - before) / took / FPS
     p99 = 1e3 * float(np.percentile(times, 99))
-    print(f"\n{reading} viewers and {mute} that read nothing: captured {captured:.1%} of {FPS} a second, API p99 "
-          f"{p99:.0f} ms, server grew {grown:+.1f} MB, {told}")
+    print(
+        f"\n{reading} viewers and {mute} that read nothing: captured {captured:.1%} of {FPS} a second, API p99 "
+        f"{p99:.0f} ms, server grew {grown:+.1f} MB, {told}"
+    )
     assert captured > 0.985 and p99 < 200 and grown < 30
 
 
@@ -122,7 +153,10 @@ def test_correcting_straight_to_the_watched_size_saves_most_of_it(model):
         small.apply(frame)
 
     def resized():
-        cv2.resize(full.apply(frame), (960, round(full.raw_x.shape[0] / 2)), interpolation=cv2.INTER_AREA)
+        cv2.resize(
+            full.apply(frame), (960, round(full.raw_x.shape[0] / 2)), interpolation=cv2.INTER_AREA
+        )
+
     straight(), resized()
     ratios = []
     for _ in range(41):
@@ -132,7 +166,9 @@ def test_correcting_straight_to_the_watched_size_saves_most_of_it(model):
         resized()
         ratios.append((b - a) / (time.perf_counter() - b))
     ratio = float(np.median(ratios))
-    print(f"\n{model}: correcting straight to 960 px costs {ratio:.2f} of correcting at 1080p and resizing")
+    print(
+        f"\n{model}: correcting straight to 960 px costs {ratio:.2f} of correcting at 1080p and resizing"
+    )
     assert ratio < 0.30
 
 
@@ -141,7 +177,9 @@ def test_a_stopped_camera_is_seen_and_back_in_time():
         seen, back, lost = [], [], []
         url = "sim://table?size=640x512&fps=30"
         async with live(url) as camera, live(url) as neighbour:
-            await until_async(lambda: camera.status()["state"] == neighbour.status()["state"] == "live")
+            await until_async(
+                lambda: camera.status()["state"] == neighbour.status()["state"] == "live"
+            )
             for _ in range(8):
                 await asyncio.sleep(1)
                 before, start = neighbour.status()["seq"], time.monotonic()
@@ -153,9 +191,12 @@ def test_a_stopped_camera_is_seen_and_back_in_time():
                 took = time.monotonic() - start
                 lost.append(1 - (neighbour.status()["seq"] - before) / (30 * took))
         return seen, back, lost
+
     seen, back, lost = asyncio.run(story())
-    print(f"\nstopped: seen after {max(seen):.2f} s at most, live again {max(back):.2f} s after it stopped, "
-          f"the neighbour lost {max(lost):.1%}")
+    print(
+        f"\nstopped: seen after {max(seen):.2f} s at most, live again {max(back):.2f} s after it stopped, "
+        f"the neighbour lost {max(lost):.1%}"
+    )
     assert max(seen) < 2 and max(back) < 7
 
 
@@ -172,20 +213,32 @@ def test_a_hundred_unpluggings_leave_nothing_behind():
                 far.drop()
                 start = time.monotonic()
                 await until_async(
-                    lambda n=opened: camera.status()["reopened"] > n and camera.status()["state"] == "live")
+                    lambda n=opened: (
+                        camera.status()["reopened"] > n and camera.status()["state"] == "live"
+                    )
+                )
                 back.append(time.monotonic() - start)
             await asyncio.sleep(2)
-            return before, (held(os.getpid()), held(pid_of(camera))), back, camera.status()["reconnects"]
+            return (
+                before,
+                (held(os.getpid()), held(pid_of(camera))),
+                back,
+                camera.status()["reconnects"],
+            )
+
     far = MjpegCamera()
     before, after, back, reconnects = asyncio.run(story())
     far.close()
-    print(f"\n100 unpluggings: live again after {max(back):.2f} s at most; descriptors and threads of the server "
-          f"{before[0]} → {after[0]}, of the camera's process {before[1]} → {after[1]}; {reconnects} reconnects")
+    print(
+        f"\n100 unpluggings: live again after {max(back):.2f} s at most; descriptors and threads of the server "
+        f"{before[0]} → {after[0]}, of the camera's process {before[1]} → {after[1]}; {reconnects} reconnects"
+    )
     assert max(back) < 5 and after[1][0] <= before[1][0] + 2 and after[1][1] <= before[1][1] + 2
 
 
 def test_from_the_shutter_to_the_viewer():
     """The server's part of the latency: from the frame's time stamp to its message in a viewer's hands, in Python."""
+
     async def story():
         async with live("sim://table?size=1920x1080&fps=30") as camera:
             camera.show(calibrated("sim://table?size=1920x1080"), None)
@@ -193,10 +246,14 @@ def test_from_the_shutter_to_the_viewer():
             with camera.watching(StreamSpec.requested("corrected", 960)) as viewer:
                 ages = []
                 from touchline.processes.framing import decode_body
+
                 for _ in range(120):
                     head = decode_body(await viewer.next(10))[0]
                     ages.append(time.time() - head["time"])
         return np.percentile(1e3 * np.array(ages[20:]), [50, 95])
+
     p50, p95 = asyncio.run(story())
-    print(f"\n960-wide corrected from 1080p: p50 {p50:.1f} ms, p95 {p95:.1f} ms from the frame to the viewer's slot")
+    print(
+        f"\n960-wide corrected from 1080p: p50 {p50:.1f} ms, p95 {p95:.1f} ms from the frame to the viewer's slot"
+    )
     assert p50 < 30

@@ -34,8 +34,12 @@ EIGHT, ONE = (8, "1280x1024"), (1, "1920x1080")
 
 
 def asked(url: str, path: str, method: str = "GET", body: dict | None = None) -> dict:
-    request = Request(f"{url}/api/v1{path}", json.dumps(body).encode() if body is not None else None,
-                      {"Content-Type": "application/json"}, method=method)
+    request = Request(
+        f"{url}/api/v1{path}",
+        json.dumps(body).encode() if body is not None else None,
+        {"Content-Type": "application/json"},
+        method=method,
+    )
     with urlopen(request, timeout=60) as answer:
         return json.load(answer)
 
@@ -45,7 +49,11 @@ def family(pid: int) -> list[int]:
     found = [pid]
     for thread in Path(f"/proc/{pid}/task").iterdir():
         with contextlib.suppress(OSError):
-            found += [one for child in (thread / "children").read_text().split() for one in family(int(child))]
+            found += [
+                one
+                for child in (thread / "children").read_text().split()
+                for one in family(int(child))
+            ]
     return found
 
 
@@ -62,23 +70,47 @@ def spent_s(pid: int) -> float:
 @contextlib.contextmanager
 def served(count: int, size: str) -> Iterator[tuple[str, int, list[str]]]:
     """A server whose cameras are another process': (its address, its pid, the cameras' ids)."""
-    sender = subprocess.Popen([sys.executable, "-m", "tests.support.mjpeg_sender", str(count), size, str(FPS)],
-                              cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    sender = subprocess.Popen(
+        [sys.executable, "-m", "tests.support.mjpeg_sender", str(count), size, str(FPS)],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     told = json.loads(sender.stdout.readline())
     print(f"  {count} × {size}, {told['kb']:.0f} kB a frame")
     with tempfile.TemporaryDirectory() as folder:
         ids = [f"c{i}" for i in range(count)]
-        cameras = "".join(f"- {{id: {id}, source: '{url}', field: table, region: full}}\n"
-                          for id, url in zip(ids, told["urls"], strict=True))
+        cameras = "".join(
+            f"- {{id: {id}, source: '{url}', field: table, region: full}}\n"
+            for id, url in zip(ids, told["urls"], strict=True)
+        )
         settings = Path(folder) / "settings.yaml"
-        settings.write_text(f"server: {{port: 0}}\nsources: {{allowed_hosts: [127.0.0.1]}}\ncameras:\n{cameras}")
-        server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
-                                   str(settings), "--data", str(Path(folder) / "data")], cwd=ROOT,
-                                  stdout=subprocess.PIPE, text=True)
+        settings.write_text(
+            f"server: {{port: 0}}\nsources: {{allowed_hosts: [127.0.0.1]}}\ncameras:\n{cameras}"
+        )
+        server = subprocess.Popen(
+            [
+                sys.executable,
+                "-c",
+                "from touchline.cli import main; main()",
+                "serve",
+                "--config",
+                str(settings),
+                "--data",
+                str(Path(folder) / "data"),
+            ],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         url = server.stdout.readline().split()[-1].rstrip("/")
         try:
             for id in ids:  # a camera starts when it is first asked for
-                until(lambda id=id: asked(url, f"/cameras/{id}/status")["state"], lambda state: state == "live")
+                until(
+                    lambda id=id: asked(url, f"/cameras/{id}/status")["state"],
+                    lambda state: state == "live",
+                )
             yield url, server.pid, ids
         finally:
             server.terminate()
@@ -89,8 +121,10 @@ def served(count: int, size: str) -> Iterator[tuple[str, int, list[str]]]:
 
 def measured(url: str, pid: int, ids: list[str], seconds: float) -> tuple[float, float]:
     """Share of the frames read, and processors, over so long."""
+
     def seqs() -> list[int]:
         return [asked(url, f"/cameras/{id}/status")["seq"] for id in ids]
+
     time.sleep(SETTLE_S)
     before, spent, begun = seqs(), spent_s(pid), time.monotonic()
     time.sleep(seconds)
@@ -102,9 +136,25 @@ def measured(url: str, pid: int, ids: list[str], seconds: float) -> tuple[float,
 @contextlib.contextmanager
 def viewers(url: str, paths: list[str], seconds: float) -> Iterator[list[subprocess.Popen]]:
     host, port = url.removeprefix("http://").split(":")
-    all = [subprocess.Popen([sys.executable, "-m", "tests.support.live_viewers", host, port, f"/api/v1{path}", "1", "0",
-                             str(seconds + SETTLE_S + 3)], cwd=ROOT, stdout=subprocess.PIPE, text=True)
-           for path in paths]
+    all = [
+        subprocess.Popen(
+            [
+                sys.executable,
+                "-m",
+                "tests.support.live_viewers",
+                host,
+                port,
+                f"/api/v1{path}",
+                "1",
+                "0",
+                str(seconds + SETTLE_S + 3),
+            ],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for path in paths
+    ]
     yield all
     for one in all:
         one.wait(120)
@@ -116,24 +166,40 @@ def eight(seconds: float, watched: bool) -> None:
         with viewers(url, paths, seconds) as crowd:
             share, processors = measured(url, pid, ids, seconds)
         seen = [json.loads(one.stdout.read())["fps_median"] for one in crowd]
-    print(f"  {'watched' if watched else 'unwatched'}: {share:.1%} read, {processors:.2f} processors"
-          + (f"; viewers get {np.mean(seen):.1f} a second" if seen else ""))
+    print(
+        f"  {'watched' if watched else 'unwatched'}: {share:.1%} read, {processors:.2f} processors"
+        + (f"; viewers get {np.mean(seen):.1f} a second" if seen else "")
+    )
 
 
 def crowd(seconds: float, views: list[str]) -> None:
     with served(*ONE) as (url, pid, ids):
         made = calibrated("sim://table?size=1920x1080", "brown-conrady")
         body = {**made.to_json(), "camera": ids[0]}
-        id = asked(url, "/calibrations", "POST", {
-            "camera": ids[0], "field": "table", "region": "full", "model": "brown-conrady", "image_size": [1920, 1080],
-            "observations": body["observations"]})["id"]
+        id = asked(
+            url,
+            "/calibrations",
+            "POST",
+            {
+                "camera": ids[0],
+                "field": "table",
+                "region": "full",
+                "model": "brown-conrady",
+                "image_size": [1920, 1080],
+                "observations": body["observations"],
+            },
+        )["id"]
         activate_despite(url, id)
         until(lambda: asked(url, f"/cameras/{ids[0]}/status")["calibration_applied"])
-        with viewers(url, [f"/cameras/{ids[0]}/stream.mjpg?view={view}&width=960" for view in views], seconds) as all:
+        with viewers(
+            url, [f"/cameras/{ids[0]}/stream.mjpg?view={view}&width=960" for view in views], seconds
+        ) as all:
             share, processors = measured(url, pid, ids, seconds)
         seen = [json.loads(one.stdout.read())["fps_median"] for one in all]
-    print(f"  {len(views)} viewers, {' and '.join(sorted(set(views)))}: {share:.1%} read, {processors:.2f} processors; "
-          f"they get {np.mean(seen):.1f} a second")
+    print(
+        f"  {len(views)} viewers, {' and '.join(sorted(set(views)))}: {share:.1%} read, {processors:.2f} processors; "
+        f"they get {np.mean(seen):.1f} a second"
+    )
 
 
 def passing() -> None:
@@ -147,7 +213,10 @@ def passing() -> None:
     cv2.setNumThreads(1)
     source = source_from_url("sim://table?size=1920x1080&fps=240&robots=6", SourceContext(FIELDS))
     jpeg = cv2.imencode(".jpg", source.read().pixels, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
-    spec, times = StreamSpec("raw", 0, 80), {"passed on": [], "decoded and encoded": [], "at half its size": []}
+    spec, times = (
+        StreamSpec("raw", 0, 80),
+        {"passed on": [], "decoded and encoded": [], "at half its size": []},
+    )
     for _ in range(60):
         begun = time.process_time()
         assert passed_on(read_in_process(jpeg), spec) == jpeg
@@ -155,14 +224,24 @@ def passing() -> None:
         encode(read_in_process(jpeg).pixels, "jpg", 80)
         whole = time.process_time()
         encode(read_in_process(jpeg).reduced(960), "jpg", 80)
-        for name, took in zip(times, (passed - begun, whole - passed, time.process_time() - whole), strict=True):
+        for name, took in zip(
+            times, (passed - begun, whole - passed, time.process_time() - whole), strict=True
+        ):
             times[name].append(1e3 * took)
-    print("  1920 × 1080: " + ", ".join(f"{name} {np.median(took):.2f} ms" for name, took in times.items()))
+    print(
+        "  1920 × 1080: "
+        + ", ".join(f"{name} {np.median(took):.2f} ms" for name, took in times.items())
+    )
 
 
-CASES = {"unwatched": lambda s: eight(s, False), "watched": lambda s: eight(s, True),
-         "raw": lambda s: crowd(s, ["raw"] * 8), "corrected": lambda s: crowd(s, ["raw", "corrected"] * 4),
-         "side": lambda s: crowd(s, ["side"] * 8), "passing": lambda _: passing()}
+CASES = {
+    "unwatched": lambda s: eight(s, False),
+    "watched": lambda s: eight(s, True),
+    "raw": lambda s: crowd(s, ["raw"] * 8),
+    "corrected": lambda s: crowd(s, ["raw", "corrected"] * 4),
+    "side": lambda s: crowd(s, ["side"] * 8),
+    "passing": lambda _: passing(),
+}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()

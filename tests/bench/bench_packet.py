@@ -40,9 +40,14 @@ def true_mm(unproject: Callable[[Any, float], Any], scene: Scene, z_mm: float) -
     places = grid_over(scene.region).reshape(-1, 2)
     pixels = scene.camera.project(with_z(places, z_mm))
     seen = scene.camera.inside(pixels)
-    whole = np.ptp(scene.region.x_mm) == scene.field.length_mm and np.ptp(scene.region.y_mm) == scene.field.width_mm
-    off = [np.linalg.norm(turn * unproject(pixels[seen], z_mm) - places[seen], axis=1)
-           for turn in ((1, -1) if whole else (1,))]
+    whole = (
+        np.ptp(scene.region.x_mm) == scene.field.length_mm
+        and np.ptp(scene.region.y_mm) == scene.field.width_mm
+    )
+    off = [
+        np.linalg.norm(turn * unproject(pixels[seen], z_mm) - places[seen], axis=1)
+        for turn in ((1, -1) if whole else (1,))
+    ]
     return min(float(np.sqrt(np.mean(np.where(np.isfinite(one), one, 1e6) ** 2))) for one in off)
 
 
@@ -61,40 +66,66 @@ def row(seed: int) -> dict[str, Any] | None:
     packet = packet_camera(made)
     if isinstance(packet, TouchlineError) or packet.expected is None:
         return {**found, "refused": str(packet)}
-    read = camera_from_wire(packet.sent, field).camera({name: getattr(model, name) for name in RECTANGLE_FIELDS})
+    read = camera_from_wire(packet.sent, field).camera(
+        {name: getattr(model, name) for name in RECTANGLE_FIELDS}
+    )
     found |= {"level": packet.level, "asked": packet.judged_mm > 30}
-    figures = {"fit": (model.unproject, made.report["sigma_mm"]), "packet": (read.unproject, packet.expected)}
+    figures = {
+        "fit": (model.unproject, made.report["sigma_mm"]),
+        "packet": (read.unproject, packet.expected),
+    }
     try:
-        ssl = calibrate(observations_from_json(made.observations), field_from_json(made.field), region,
-                        made.image_size, "ssl")
+        ssl = calibrate(
+            observations_from_json(made.observations),
+            field_from_json(made.field),
+            region,
+            made.image_size,
+            "ssl",
+        )
         figures["ssl"] = ssl.model.unproject, ssl.report["sigma_mm"]
         found["ssl level"] = ssl.report["verdict"]["level"]
     except TouchlineError:
         pass
     for name, (unproject, sigma) in figures.items():
-        found[name] = {place: (true_mm(unproject, scene, z_mm), part["rms"]) for place, z_mm, part in (
-            ("carpet", 0.0, sigma), ("robot height", field.hat_height_mm, sigma["hat"]))}
+        found[name] = {
+            place: (true_mm(unproject, scene, z_mm), part["rms"])
+            for place, z_mm, part in (
+                ("carpet", 0.0, sigma),
+                ("robot height", field.hat_height_mm, sigma["hat"]),
+            )
+        }
     return found
 
 
 def tell(rows: list[dict[str, Any]]) -> None:
-    print("| | true, median (p90, worst) mm | expected, median | true over expected, median | over 2 |")
+    print(
+        "| | true, median (p90, worst) mm | expected, median | true over expected, median | over 2 |"
+    )
     print(5 * "|---" + "|")
     for name in ("fit", "packet", "ssl"):
         for place in FIGURES:
             true, expected = np.array([one[name][place] for one in rows if name in one]).T
             ratio = true / expected
-            print(f"| {name}, {place} | {np.median(true):.1f} ({np.quantile(true, 0.9):.1f}, {true.max():.0f}) | "
-                  f"{np.median(expected):.1f} | {np.median(ratio):.2f} | {(ratio > 2).mean():.0%} |")
+            print(
+                f"| {name}, {place} | {np.median(true):.1f} ({np.quantile(true, 0.9):.1f}, {true.max():.0f}) | "
+                f"{np.median(expected):.1f} | {np.median(ratio):.2f} | {(ratio > 2).mean():.0%} |"
+            )
     for name, key in (("packet", "level"), ("ssl", "ssl level")):
         good = [one for one in rows if one.get(key) == "good"]
-        wrong = [one["seed"] for one in good if max(true for true, _ in one[name].values()) > GOOD_MM]
+        wrong = [
+            one["seed"] for one in good if max(true for true, _ in one[name].values()) > GOOD_MM
+        ]
         print(f"{name}: {len(good)} good, of those over {GOOD_MM} mm: {wrong}")
-    print(f"{len(rows)} scenes; asked before it is published: {[one['seed'] for one in rows if one['asked']]}")
+    print(
+        f"{len(rows)} scenes; asked before it is published: {[one['seed'] for one in rows if one['asked']]}"
+    )
 
 
 if __name__ == "__main__":
-    scenes, seed = (int(sys.argv[1]) if len(sys.argv) > 1 else 40), (int(sys.argv[2]) if len(sys.argv) > 2 else 3000)
+    scenes, seed = (
+        (int(sys.argv[1]) if len(sys.argv) > 1 else 40),
+        (int(sys.argv[2]) if len(sys.argv) > 2 else 3000),
+    )
     rows: list[dict[str, Any]] = []
     while len(rows) < scenes:
         one = row(seed)

@@ -52,8 +52,12 @@ HIDE = """() => { Object.defineProperty(document, "hidden", { get: () => true, c
 @contextmanager
 def serving(*arguments: str):
     """A server of the shell's: its address and its process."""
-    server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", *arguments], cwd=ROOT,
-                              stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        [sys.executable, "-c", "from touchline.cli import main; main()", *arguments],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     yield server.stdout.readline().split()[-1].rstrip("/"), server.pid
     server.terminate()
     server.wait(20)
@@ -63,7 +67,9 @@ def serving(*arguments: str):
 def url(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     (folder / "settings.yaml").write_text(CAMERAS)
-    with serving("serve", "--config", str(folder / "settings.yaml"), "--data", str(folder / "data")) as (address, _):
+    with serving(
+        "serve", "--config", str(folder / "settings.yaml"), "--data", str(folder / "data")
+    ) as (address, _):
         yield address
 
 
@@ -81,25 +87,43 @@ def cpu_s(session) -> float:
 
 
 def status(page, name: str) -> dict:
-    return page.request.get(page.url.split("#")[0].rstrip("/") + f"/api/v1/cameras/{name}/status").json()
+    return page.request.get(
+        page.url.split("#")[0].rstrip("/") + f"/api/v1/cameras/{name}/status"
+    ).json()
 
 
-@pytest.mark.parametrize(("path", "latency_ms"), [("", 0), ("", NETWORK_MS), ("/index.html", NETWORK_MS)],
-                         ids=["here", "over a network", "over a network, as modules"])
+@pytest.mark.parametrize(
+    ("path", "latency_ms"),
+    [("", 0), ("", NETWORK_MS), ("/index.html", NETWORK_MS)],
+    ids=["here", "over a network", "over a network, as modules"],
+)
 def test_something_useful_is_on_the_screen_within_a_second(browser, url, path, latency_ms):
     useful, painted = [], []
     for _ in range(ROUNDS):  # each in a browser profile of its own: nothing is cached
         context = browser.new_context(viewport={"width": 1280, "height": 800})
         context.add_init_script(USEFUL)
         page = context.new_page()
-        page.context.new_cdp_session(page).send("Network.emulateNetworkConditions", {
-            "offline": False, "latency": latency_ms, "downloadThroughput": -1, "uploadThroughput": -1})
+        page.context.new_cdp_session(page).send(
+            "Network.emulateNetworkConditions",
+            {
+                "offline": False,
+                "latency": latency_ms,
+                "downloadThroughput": -1,
+                "uploadThroughput": -1,
+            },
+        )
         page.goto(f"{url}{path}")
         page.get_by_test_id("camera-north").wait_for()
         useful.append(page.evaluate("window.useful"))
-        painted.append(page.evaluate("performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? null"))
+        painted.append(
+            page.evaluate(
+                "performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? null"
+            )
+        )
         context.close()
-    print(f"\nfirst paint {median(painted):.0f} ms, useful {median(useful):.0f} ms, slowest {max(useful):.0f} ms")
+    print(
+        f"\nfirst paint {median(painted):.0f} ms, useful {median(useful):.0f} ms, slowest {max(useful):.0f} ms"
+    )
     assert path or median(useful) <= 1000 + 10 * latency_ms
 
 
@@ -117,7 +141,9 @@ def test_a_page_that_nobody_sees_costs_next_to_nothing(browser, url):
     hidden = cpu_s(session)
     time.sleep(IDLE_S)
     hidden = (cpu_s(session) - hidden) / IDLE_S
-    print(f"\nbrowser, one live view of 1280 × 1024 at 30 Hz: seen {seen:.1%}, hidden {hidden:.1%} of a core")
+    print(
+        f"\nbrowser, one live view of 1280 × 1024 at 30 Hz: seen {seen:.1%}, hidden {hidden:.1%} of a core"
+    )
     assert hidden <= 0.03
 
 
@@ -133,17 +159,29 @@ def test_the_demo_with_its_start_page_costs_little(browser, tmp_path):
         page.goto("about:blank")
         time.sleep(3)
         unseen, *_ = cost(pid)
-    print(f"\nthe demo's server, its start page in sight at {watched} Hz: {seen:.2f} cores, {shared:.0f} MB "
-          f"(PSS; RSS {resident:.0f}); nobody there: {unseen:.2f} cores")
+    print(
+        f"\nthe demo's server, its start page in sight at {watched} Hz: {seen:.2f} cores, {shared:.0f} MB "
+        f"(PSS; RSS {resident:.0f}); nobody there: {unseen:.2f} cores"
+    )
     assert seen < 0.6 and shared < 500 and min(watched) > 3
 
 
 def test_eight_cameras_on_the_wall(browser, tmp_path):
-    (tmp_path / "settings.yaml").write_text("server: {port: 0}\ncameras:\n" + "".join(
-        f"- {{id: c{i}, source: 'sim://table?size=1280x1024&fps=30', field: table}}\n" for i in range(EIGHT)))
-    with serving("serve", "--config", str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")) as it:
+    (tmp_path / "settings.yaml").write_text(
+        "server: {port: 0}\ncameras:\n"
+        + "".join(
+            f"- {{id: c{i}, source: 'sim://table?size=1280x1024&fps=30', field: table}}\n"
+            for i in range(EIGHT)
+        )
+    )
+    with serving(
+        "serve", "--config", str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")
+    ) as it:
         address, pid = it
-        page, session = browser.new_page(viewport={"width": 1440, "height": 900}), browser.new_browser_cdp_session()
+        page, session = (
+            browser.new_page(viewport={"width": 1440, "height": 900}),
+            browser.new_browser_cdp_session(),
+        )
         page.goto(address)
         for i in range(EIGHT):
             page.locator(f"[data-testid=live-c{i}][data-state=live]").wait_for(timeout=60_000)
@@ -158,9 +196,11 @@ def test_eight_cameras_on_the_wall(browser, tmp_path):
         time.sleep(AWAKE_S)
         unseen, *_ = cost(pid)
     gaps.sort()
-    print(f"\n{EIGHT} cameras at {fps[0]:.1f}–{fps[-1]:.1f} Hz: frames of the page {median(gaps):.1f} ms, p95 "
-          f"{gaps[int(len(gaps) * 0.95)]:.1f}, worst {gaps[-1]:.0f}; long tasks {len(tasks)}, {sum(tasks):.0f} ms; "
-          f"browser {seen:.2f} cores, server {cores:.2f}, {shared:.0f} MB (PSS); nobody there: {unseen:.2f} cores")
+    print(
+        f"\n{EIGHT} cameras at {fps[0]:.1f}–{fps[-1]:.1f} Hz: frames of the page {median(gaps):.1f} ms, p95 "
+        f"{gaps[int(len(gaps) * 0.95)]:.1f}, worst {gaps[-1]:.0f}; long tasks {len(tasks)}, {sum(tasks):.0f} ms; "
+        f"browser {seen:.2f} cores, server {cores:.2f}, {shared:.0f} MB (PSS); nobody there: {unseen:.2f} cores"
+    )
     assert fps[0] > 1 and unseen < 0.3
 
 
@@ -170,17 +210,33 @@ def test_a_knock_is_told_on_another_page_within_five_seconds(browser, tmp_path):
 cameras:
 - {{id: north, source: '{source}', field: table, region: full}}
 """)
-    with serving("serve", "--config", str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")) as it:
+    with serving(
+        "serve", "--config", str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")
+    ) as it:
         address, _ = it
         page, api = browser.new_page(), f"{it[0]}/api/v1"
-        taken = until(lambda: requests.post(f"{api}/snapshots", json={"camera": "north"}), lambda said: said.ok).json()
-        made = requests.post(f"{api}/calibrations", json={
-            "camera": "north", "snapshot": taken["id"], "field": "table", "region": "full", "model": "brown-conrady",
-            "observations": [dict(o) for o in calibrated(source, "brown-conrady").observations]}).json()
+        taken = until(
+            lambda: requests.post(f"{api}/snapshots", json={"camera": "north"}),
+            lambda said: said.ok,
+        ).json()
+        made = requests.post(
+            f"{api}/calibrations",
+            json={
+                "camera": "north",
+                "snapshot": taken["id"],
+                "field": "table",
+                "region": "full",
+                "model": "brown-conrady",
+                "observations": [dict(o) for o in calibrated(source, "brown-conrady").observations],
+            },
+        ).json()
         activate_despite(address, made["id"])
         page.goto(f"{address}/#/system/jobs")
         for _ in range(KNOCKS):
-            until(lambda: requests.get(f"{api}/cameras/status").json()["items"][0]["drift"]["state"], "steady".__eq__)
+            until(
+                lambda: requests.get(f"{api}/cameras/status").json()["items"][0]["drift"]["state"],
+                "steady".__eq__,
+            )
             page.locator("[data-testid=status][data-level=ok]").wait_for(timeout=60_000)
             knock(api, 4)
             begun = time.monotonic()
@@ -192,7 +248,9 @@ cameras:
 
 
 def knock(api: str, mm: int) -> None:
-    requests.patch(f"{api}/cameras/north/controls", json={"controls": {"knock": mm}}).raise_for_status()
+    requests.patch(
+        f"{api}/cameras/north/controls", json={"controls": {"knock": mm}}
+    ).raise_for_status()
 
 
 def test_memory_stays_flat_over_a_long_live_view(browser, url):
@@ -208,26 +266,43 @@ def test_memory_stays_flat_over_a_long_live_view(browser, url):
         inside.send("HeapProfiler.collectGarbage")
         metrics = {m["name"]: m["value"] for m in inside.send("Performance.getMetrics")["metrics"]}
         heaps.append(metrics["JSHeapUsedSize"] / 1e6)
-        resident.append(max(memory_mb(p["id"]) for p in session.send("SystemInfo.getProcessInfo")["processInfo"]
-                            if p["type"] == "renderer"))
+        resident.append(
+            max(
+                memory_mb(p["id"])
+                for p in session.send("SystemInfo.getProcessInfo")["processInfo"]
+                if p["type"] == "renderer"
+            )
+        )
         first = first or int(page.get_by_test_id("live-quick").get_attribute("data-seq"))
     frames = int(page.get_by_test_id("live-quick").get_attribute("data-seq")) - first
-    print(f"\n{frames} frames ({frames / 36_000:.2f} h at 10 Hz): heap {heaps[1]:.1f} → {heaps[-1]:.1f} MB,"
-          f" largest renderer {resident[1]:.0f} → {resident[-1]:.0f} MB")
+    print(
+        f"\n{frames} frames ({frames / 36_000:.2f} h at 10 Hz): heap {heaps[1]:.1f} → {heaps[-1]:.1f} MB,"
+        f" largest renderer {resident[1]:.0f} → {resident[-1]:.0f} MB"
+    )
     assert heaps[-1] - heaps[1] < 2
     assert resident[-1] - resident[1] < 25
 
 
 def cost(pid: int) -> tuple[float, float, float]:
     """Cores that a process and all below it need over IDLE_S; their RSS and PSS, MB."""
+
     def spent_s() -> float:
-        fields = [Path(f"/proc/{one}/stat").read_text().rpartition(")")[2].split() for one in family(pid)]
+        fields = [
+            Path(f"/proc/{one}/stat").read_text().rpartition(")")[2].split() for one in family(pid)
+        ]
         return sum(int(one[11]) + int(one[12]) for one in fields) / os.sysconf("SC_CLK_TCK")
+
     before, begun = spent_s(), time.monotonic()
     time.sleep(IDLE_S)
     cores = (spent_s() - before) / (time.monotonic() - begun)
-    told = [line.split() for one in family(pid) for line in Path(f"/proc/{one}/smaps_rollup").read_text().splitlines()]
-    return cores, *(sum(int(line[1]) for line in told if line[0] == name) / 1000 for name in ("Rss:", "Pss:"))
+    told = [
+        line.split()
+        for one in family(pid)
+        for line in Path(f"/proc/{one}/smaps_rollup").read_text().splitlines()
+    ]
+    return cores, *(
+        sum(int(line[1]) for line in told if line[0] == name) / 1000 for name in ("Rss:", "Pss:")
+    )
 
 
 def memory_mb(pid: int) -> float:

@@ -21,8 +21,13 @@ from touchline.vision.edges import edge_chains
 
 SEEDS = 16
 WORLDS = {"division": (-0.25,), "division-even": (-0.3, -0.1), "brown-conrady": (-0.28, 0.09)}
-PICTURES = ("ipol_alvarez/building.png", "ipol_alvarez/building_division_model.png", "ipol_alvarez/checker_board.png",
-            "hockey_video2calibration/distorted.png", "discorpy/line_pattern_01.jpg")
+PICTURES = (
+    "ipol_alvarez/building.png",
+    "ipol_alvarez/building_division_model.png",
+    "ipol_alvarez/checker_board.png",
+    "hockey_video2calibration/distorted.png",
+    "discorpy/line_pattern_01.jpg",
+)
 
 
 def made_up(name: str) -> dict[str, float]:
@@ -37,11 +42,22 @@ def made_up(name: str) -> dict[str, float]:
         fit = fit_plumb_lines(chains, SIZE, name)
         seconds.append(time.perf_counter() - start)
         rms.append(fit.after_px)
-        left.append(beyond_a_homography(fit.lens.undistorted_from_raw(grid), lens.undistorted_from_raw(grid)))
-        off = (fit.values - [*WORLDS[name], *lens.centre_px]) / np.sqrt(np.diag(fit.statistical_covariance))
+        left.append(
+            beyond_a_homography(
+                fit.lens.undistorted_from_raw(grid), lens.undistorted_from_raw(grid)
+            )
+        )
+        off = (fit.values - [*WORLDS[name], *lens.centre_px]) / np.sqrt(
+            np.diag(fit.statistical_covariance)
+        )
         ratio.append(np.mean(off**2))
-    return {"rms": float(np.median(rms)), "worst": max(rms), "left": float(np.median(left)),
-            "ratio": float(np.sqrt(np.mean(ratio))), "seconds": float(np.median(seconds))}
+    return {
+        "rms": float(np.median(rms)),
+        "worst": max(rms),
+        "left": float(np.median(left)),
+        "ratio": float(np.sqrt(np.mean(ratio))),
+        "seconds": float(np.median(seconds)),
+    }
 
 
 def beyond_a_homography(one: np.ndarray, other: np.ndarray) -> float:
@@ -63,22 +79,30 @@ def agreement(lens: str) -> tuple[list[str], np.ndarray]:
     sets = [edge_chains(p) for p in department()]
     numbers = np.repeat(range(len(sets)), [len(s) for s in sets])
     start = time.perf_counter()
-    joint = fit_plumb_lines([c for s in sets for c in s], ImageSize(800, 600), lens, pictures=numbers)
+    joint = fit_plumb_lines(
+        [c for s in sets for c in s], ImageSize(800, 600), lens, pictures=numbers
+    )
     seconds = time.perf_counter() - start
     told, off = [], []
     for number, chains in enumerate(sets):
         fit = fit_plumb_lines(chains, ImageSize(800, 600), lens)
         off.append(np.abs(fit.values - joint.values)[:2] / fit.sigma[:2])
-        told.append(f"  picture {number + 1}: {_terms(fit)}; {off[-1][0]:.1f} and {off[-1][1]:.1f} σ off; "
-                    f"{fit.before_px:.2f} → {fit.after_px:.2f} px")
-    told.append(f"  all eight: {_terms(joint)}; {joint.before_px:.2f} → {joint.after_px:.2f} px; {seconds:.1f} s")
+        told.append(
+            f"  picture {number + 1}: {_terms(fit)}; {off[-1][0]:.1f} and {off[-1][1]:.1f} σ off; "
+            f"{fit.before_px:.2f} → {fit.after_px:.2f} px"
+        )
+    told.append(
+        f"  all eight: {_terms(joint)}; {joint.before_px:.2f} → {joint.after_px:.2f} px; {seconds:.1f} s"
+    )
     return told, np.array(off)
 
 
 def _terms(fit) -> str:
     chance = np.sqrt(np.diag(fit.statistical_covariance))
-    return ", ".join(f"{n} {v:.3f} ± {s:.3f} (chance {c:.3f})"
-                     for n, v, s, c in zip(fit.names[:2], fit.values, fit.sigma, chance, strict=False))
+    return ", ".join(
+        f"{n} {v:.3f} ± {s:.3f} (chance {c:.3f})"
+        for n, v, s, c in zip(fit.names[:2], fit.values, fit.sigma, chance, strict=False)
+    )
 
 
 def bowed_edges() -> dict[str, list[dict]]:
@@ -88,21 +112,37 @@ def bowed_edges() -> dict[str, list[dict]]:
     for sag in (0.003, 0.006, 0.008):
         for lines in (6, 10, 16):
             false.setdefault(f"straight lens, all sag by {sag:.1%}", []).extend(
-                straightness((), level_lines(straight, seed, sag=sag, lines=lines), SIZE) for seed in range(4))
+                straightness((), level_lines(straight, seed, sag=sag, lines=lines), SIZE)
+                for seed in range(4)
+            )
     false["straight lens, 0.6 %, in the lower half alone"] = [
-        straightness((), level_lines(straight, seed, sag=0.006, reach=low), SIZE) for seed in range(4)]
+        straightness((), level_lines(straight, seed, sag=0.006, reach=low), SIZE)
+        for seed in range(4)
+    ]
     false["barrel of 15 px, 0.6 %"] = [
-        straightness((), level_lines(lens_of(terms=(-0.06,)), seed, sag=0.006), SIZE) for seed in range(4)]
+        straightness((), level_lines(lens_of(terms=(-0.06,)), seed, sag=0.006), SIZE)
+        for seed in range(4)
+    ]
     honest: dict[str, list[dict]] = {}
-    for name, terms in (("division", (-0.25,)), ("brown-conrady", (-0.28, 0.09)), ("brown-conrady", (-0.06,)),
-                        ("brown-conrady", (0.06,)), ("brown-conrady", (-0.1, 0.02, 0.002, -0.002))):
+    for name, terms in (
+        ("division", (-0.25,)),
+        ("brown-conrady", (-0.28, 0.09)),
+        ("brown-conrady", (-0.06,)),
+        ("brown-conrady", (0.06,)),
+        ("brown-conrady", (-0.1, 0.02, 0.002, -0.002)),
+    ):
         for centre in ((0, 0), (40, -30), (0, 80)):
             lens = lens_of(name, terms, centre)
             for seed in range(4):
-                honest.setdefault("lines anywhere", []).append(straightness((), lines_seen(lens, seed), SIZE))
-                honest.setdefault("level lines", []).append(straightness((), level_lines(lens, seed), SIZE))
+                honest.setdefault("lines anywhere", []).append(
+                    straightness((), lines_seen(lens, seed), SIZE)
+                )
+                honest.setdefault("level lines", []).append(
+                    straightness((), level_lines(lens, seed), SIZE)
+                )
                 honest.setdefault("level lines, lower half alone", []).append(
-                    straightness((), level_lines(lens, seed, reach=low), SIZE))
+                    straightness((), level_lines(lens, seed, reach=low), SIZE)
+                )
     return {**false, **{f"honest lens, {what}": reports for what, reports in honest.items()}}
 
 
@@ -116,21 +156,29 @@ def main() -> None:
     print(f"made-up lines, noise {FLOOR_PX} px, {SEEDS} seeds; to beat: 0.318 px (Hugin, 0.19 s)")
     for name in WORLDS:
         seen = made_up(name)
-        print(f"  {name}: straight to {seen['rms']:.3f} px (worst {seen['worst']:.3f}); {seen['left']:.2f} px from the "
-              f"true lens over the picture; observed over predicted error {seen['ratio']:.2f}; {seen['seconds']:.2f} s")
+        print(
+            f"  {name}: straight to {seen['rms']:.3f} px (worst {seen['worst']:.3f}); {seen['left']:.2f} px from the "
+            f"true lens over the picture; observed over predicted error {seen['ratio']:.2f}; {seen['seconds']:.2f} s"
+        )
     for what, reports in bowed_edges().items():
         told = sum(report["edges_bow"] is not None for report in reports)
         lens = sum(report["distortion"] == "significant" for report in reports)
-        print(f"  {what}: {len(reports)} sets; edges bowed in {told}, lens in {lens}, "
-              f"not testable in {sum(r['distortion'] == 'unknown' for r in reports) - told}")
+        print(
+            f"  {what}: {len(reports)} sets; edges bowed in {told}, lens in {lens}, "
+            f"not testable in {sum(r['distortion'] == 'unknown' for r in reports) - told}"
+        )
     for lens in ("brown-conrady", "division-even"):
         try:
             told, off = agreement(lens)
         except pytest.skip.Exception as absent:
             print("skipped:", absent)
             continue
-        print(f"eight pictures of one camera, {lens}: {(off < 2).mean():.0%} of k1 and k2 within 2 σ, "
-              f"worst {off.max():.1f} σ", *told, sep="\n")
+        print(
+            f"eight pictures of one camera, {lens}: {(off < 2).mean():.0%} of k1 and k2 within 2 σ, "
+            f"worst {off.max():.1f} σ",
+            *told,
+            sep="\n",
+        )
     for name in PICTURES:
         try:
             pixels = picture(name)
@@ -141,8 +189,10 @@ def main() -> None:
         report = straightness_of(pixels)
         seconds = time.perf_counter() - start
         before, after = report["straightness_px"].values()
-        print(f"{name}: {report['lens']['name']}, {report['lines_used']} of {len(report['lines'])} edges, "
-              f"{before:.2f} → {after:.3f} px, {seconds:.1f} s. {report['sentence']}")
+        print(
+            f"{name}: {report['lens']['name']}, {report['lines_used']} of {len(report['lines'])} edges, "
+            f"{before:.2f} → {after:.3f} px, {seconds:.1f} s. {report['sentence']}"
+        )
 
 
 if __name__ == "__main__":

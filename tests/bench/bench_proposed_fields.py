@@ -31,8 +31,12 @@ def off_mm(field: Field, other: Field) -> np.ndarray:
     result = []
     for marking in field.markings:
         places = marking.sample(24)[1:-1]
-        result.append(min(float(np.sqrt(np.mean(np.sum((one.nearest(places) - places) ** 2, axis=1))))
-                          for one in other.markings))
+        result.append(
+            min(
+                float(np.sqrt(np.mean(np.sum((one.nearest(places) - places) ** 2, axis=1))))
+                for one in other.markings
+            )
+        )
     return np.array(result)
 
 
@@ -56,18 +60,23 @@ def scenes(seeds: range) -> None:
         counts["proposed"] += 1
         if abs(field.width_mm / scene.field.width_mm - 1) > RIGHT:
             counts["wrong"] += 1
-            print(f"{seed}: {spec.field} {spec.lens} {spec.tilt_deg:.0f}°: {told['sentence']}, {scene.field.width_mm} "
-                  "mm in truth", flush=True)
+            print(
+                f"{seed}: {spec.field} {spec.lens} {spec.tilt_deg:.0f}°: {told['sentence']}, {scene.field.width_mm} "
+                "mm in truth",
+                flush=True,
+            )
             continue
         counts["right"] += 1
         apart = off_mm(scene.field, field) / scene.field.length_mm
         off.extend(apart[apart < NEAR])
         there.append(float(np.mean(apart < NEAR)))
         extra.append(int(np.sum(off_mm(field, scene.field) > NEAR * scene.field.length_mm)))
-    print(f"seeds {seeds.start}-{seeds.stop - 1}, whole fields: {counts}; of the right ones, markings found "
-          f"{np.mean(there):.1%}, off by {np.median(off):.2%} of the length, 95 % {np.quantile(off, 0.95):.2%}; "
-          f"proposed where no paint is: {sum(extra)} in {len(extra)} fields; seconds by the processor "
-          f"{np.median(works):.2f}, most {max(works):.2f}")
+    print(
+        f"seeds {seeds.start}-{seeds.stop - 1}, whole fields: {counts}; of the right ones, markings found "
+        f"{np.mean(there):.1%}, off by {np.median(off):.2%} of the length, 95 % {np.quantile(off, 0.95):.2%}; "
+        f"proposed where no paint is: {sum(extra)} in {len(extra)} fields; seconds by the processor "
+        f"{np.median(works):.2f}, most {max(works):.2f}"
+    )
 
 
 def files(length_mm: float, paths: list[Path]) -> None:
@@ -78,7 +87,9 @@ def files(length_mm: float, paths: list[Path]) -> None:
             print(f"{path.name}: {refusal}", flush=True)
             continue
         names = [m["name"] for m in (*told["field"]["lines"], *told["field"]["arcs"])]
-        print(f"{path.name}: {told['sentence']} {len(names)} markings: {', '.join(names)}", flush=True)
+        print(
+            f"{path.name}: {told['sentence']} {len(names)} markings: {', '.join(names)}", flush=True
+        )
 
 
 if __name__ == "__main__":

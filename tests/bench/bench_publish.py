@@ -46,15 +46,28 @@ TIMES = 100
 def heard_after_activation(name: str) -> list[float]:
     """ms from the request to the packet. name: of a model with at least two examples."""
     way = free_group()
-    with tempfile.TemporaryDirectory() as folder, served(Path(folder) / "data") as url, closing(Line(url)) as line, \
-            Listener(**way) as ear:
-        assert line.json("POST", "/cameras", {"id": "north", "source": "sim://table?size=320x256&fps=5"})[0] == 201
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        served(Path(folder) / "data") as url,
+        closing(Line(url)) as line,
+        Listener(**way) as ear,
+    ):
+        assert (
+            line.json(
+                "POST", "/cameras", {"id": "north", "source": "sim://table?size=320x256&fps=5"}
+            )[0]
+            == 201
+        )
         versions = []
         for index in (0, 1):
             data = interchange.export(example(name, index), "json").data
-            versions.append(json.loads(line.ask("POST", "/calibrations/import", *form(data))[2])["id"])
+            versions.append(
+                json.loads(line.ask("POST", "/calibrations/import", *form(data))[2])["id"]
+            )
         despite = {id: {"despite": [*activate_despite(url, id), "live-image"]} for id in versions}
-        line.json("PUT", "/publishing", {"enabled": True, "interval_s": 60, "limit_mm": 1000, **way})
+        line.json(
+            "PUT", "/publishing", {"enabled": True, "interval_s": 60, "limit_mm": 1000, **way}
+        )
         took, seen = [], focal(ear.receive().data)
         for i in range(TIMES):
             begun = time.perf_counter()
@@ -72,8 +85,10 @@ def focal(data: bytes) -> float:
 
 
 def weights() -> None:
-    (calib,) = decode(SSL_WrapperPacket, geometry_packet(
-        published_cameras([example("ssl", 0)], PublishingConfig()))).geometry.calib
+    (calib,) = decode(
+        SSL_WrapperPacket,
+        geometry_packet(published_cameras([example("ssl", 0)], PublishingConfig())),
+    ).geometry.calib
     for name in ("ssl-div-a", "ssl-div-b"):
         for cameras in (1, 4, 8):
             calibs = [changed(calib, camera_id=i) for i in range(cameras)]
@@ -83,10 +98,24 @@ def weights() -> None:
 
 
 def listening() -> None:
-    way, robot = free_group(), SSL_DetectionRobot(confidence=1, robot_id=3, x=1, y=2, orientation=0.5, pixel_x=5,
-                                                 pixel_y=6)
-    frame = encode(SSL_WrapperPacket(detection=SSL_DetectionFrame(
-        frame_number=1, t_capture=1, t_sent=1, camera_id=0, robots_yellow=(robot,) * 11, robots_blue=(robot,) * 11)))
+    way, robot = (
+        free_group(),
+        SSL_DetectionRobot(
+            confidence=1, robot_id=3, x=1, y=2, orientation=0.5, pixel_x=5, pixel_y=6
+        ),
+    )
+    frame = encode(
+        SSL_WrapperPacket(
+            detection=SSL_DetectionFrame(
+                frame_number=1,
+                t_capture=1,
+                t_sent=1,
+                camera_id=0,
+                robots_yellow=(robot,) * 11,
+                robots_blue=(robot,) * 11,
+            )
+        )
+    )
     listener = GeometryListener(MulticastAddress(**way))
     listener.joined.wait(20)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vision:
@@ -102,15 +131,19 @@ def listening() -> None:
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
     (sender,) = listener.publishers
     listener.close()
-    print(f"{count} detections of {len(frame)} bytes sent and heard by one process: {1e6 * spent / count:.0f} µs of "
-          f"processor time each, {sender.skipped} left unread; {560 * spent / count:.1%} of a core at 560 a second")
+    print(
+        f"{count} detections of {len(frame)} bytes sent and heard by one process: {1e6 * spent / count:.0f} µs of "
+        f"processor time each, {sender.skipped} left unread; {560 * spent / count:.1%} of a core at 560 a second"
+    )
 
 
 if __name__ == "__main__":
     for name in ("ssl", "brown-conrady"):
         took = heard_after_activation(name)
         assert model_of(name, 0).focal_px != model_of(name, 1).focal_px
-        print(f"{name}: activation to packet, {TIMES} times: median {np.median(took):.0f} ms, p95 "
-              f"{np.percentile(took, 95):.0f} ms, worst {max(took):.0f} ms")
+        print(
+            f"{name}: activation to packet, {TIMES} times: median {np.median(took):.0f} ms, p95 "
+            f"{np.percentile(took, 95):.0f} ms, worst {max(took):.0f} ms"
+        )
     weights()
     listening()

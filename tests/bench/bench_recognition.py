@@ -39,11 +39,16 @@ def errors(made: Calibration, scene: Scene) -> tuple[float, float]:
     x, y = np.meshgrid(np.linspace(*region.x_mm, 12), np.linspace(*region.y_mm, 9))
     places = np.stack([x, y], axis=-1).reshape(-1, 2)
     raw = scene.camera.project(np.column_stack([places, np.zeros(len(places))]))
-    beside = scene.camera.project(np.column_stack([places + np.array([1.0, 0.0]), np.zeros(len(places))]))
+    beside = scene.camera.project(
+        np.column_stack([places + np.array([1.0, 0.0]), np.zeros(len(places))])
+    )
     seen = scene.camera.inside(raw)
     px_per_mm = np.linalg.norm(beside - raw, axis=1)[seen]
     found = field_from_raw(model, raw[seen])
-    off = [np.nan_to_num(np.linalg.norm(turn * found - places[seen], axis=1), nan=1e5) for turn in (1, -1)]
+    off = [
+        np.nan_to_num(np.linalg.norm(turn * found - places[seen], axis=1), nan=1e5)
+        for turn in (1, -1)
+    ]
     best = min(off, key=lambda each: float(np.mean(each**2)))
     return float(np.sqrt(np.mean(best**2))), float(np.sqrt(np.mean((best * px_per_mm) ** 2)))
 
@@ -72,7 +77,9 @@ def turn_deg(scene: Scene, region: Region, turn: int) -> float:
 
 def scenes(seeds: range) -> None:
     every = tuple(fields().values())
-    kinds: dict[str, list[int]] = {name: [] for name in ("right", "right of several", "declined", "wrong")}
+    kinds: dict[str, list[int]] = {
+        name: [] for name in ("right", "right of several", "declined", "wrong")
+    }
     called, works, off_mm, off_px = [], [], [], []
     for seed in seeds:
         scene = render(scene_spec(seed))
@@ -99,24 +106,39 @@ def scenes(seeds: range) -> None:
         kinds[name].append(seed)
         if name in ("declined", "wrong"):
             spec = scene.spec
-            print(f"{seed}: {spec.field} {spec.region} {spec.lens} {spec.tilt_deg:.0f}°: {name}, {choices}, "
-                  f"{told['verdict']['reason']}, {level}", f"{mm:.1f} mm {px:.2f} px" if made is not None else "",
-                  flush=True)
+            print(
+                f"{seed}: {spec.field} {spec.region} {spec.lens} {spec.tilt_deg:.0f}°: {name}, {choices}, "
+                f"{told['verdict']['reason']}, {level}",
+                f"{mm:.1f} mm {px:.2f} px" if made is not None else "",
+                flush=True,
+            )
     count = len(seeds)
     right = len(kinds["right"]) + len(kinds["right of several"])
-    print(f"seeds {seeds.start}-{seeds.stop - 1}: {right} of {count} right ({right / count:.1%}), "
-          f"{len(kinds['right of several'])} of them from several choices; {len(kinds['declined'])} declined, "
-          f"{len(kinds['wrong'])} wrong {kinds['wrong']}, called good or fair {called}")
-    print(f"rms on the carpet {np.median(off_mm):.2f} mm, 95 % {np.quantile(off_mm, 0.95):.1f} mm; "
-          f"{np.mean(np.array(off_px) <= 1.0):.1%} within 1 px; seconds {np.median(works):.2f}, 95 % "
-          f"{np.quantile(works, 0.95):.2f}, most {max(works):.2f}")
+    print(
+        f"seeds {seeds.start}-{seeds.stop - 1}: {right} of {count} right ({right / count:.1%}), "
+        f"{len(kinds['right of several'])} of them from several choices; {len(kinds['declined'])} declined, "
+        f"{len(kinds['wrong'])} wrong {kinds['wrong']}, called good or fair {called}"
+    )
+    print(
+        f"rms on the carpet {np.median(off_mm):.2f} mm, 95 % {np.quantile(off_mm, 0.95):.1f} mm; "
+        f"{np.mean(np.array(off_px) <= 1.0):.1%} within 1 px; seconds {np.median(works):.2f}, 95 % "
+        f"{np.quantile(works, 0.95):.2f}, most {max(works):.2f}"
+    )
 
 
 def others(folders: list[Path]) -> None:
-    files = (file for folder in folders for file in sorted(folder.rglob("*")) if file.suffix.lower() in PICTURES)
+    files = (
+        file
+        for folder in folders
+        for file in sorted(folder.rglob("*"))
+        if file.suffix.lower() in PICTURES
+    )
     pictures = ((str(path), cv2.imread(str(path))) for path in files)
-    none_of_ours((name, pixels) for name, pixels in pictures
-                 if pixels is not None and pixels.shape[0] * pixels.shape[1] <= LARGEST_PX)
+    none_of_ours(
+        (name, pixels)
+        for name, pixels in pictures
+        if pixels is not None and pixels.shape[0] * pixels.shape[1] <= LARGEST_PX
+    )
 
 
 def none_of_ours(pictures: Iterable[tuple[str, np.ndarray]]) -> None:
@@ -127,12 +149,20 @@ def none_of_ours(pictures: Iterable[tuple[str, np.ndarray]]) -> None:
         begun = time.process_time()
         told, made = RecognitionRequest(every).answer(Frame(pixels))
         works.append(time.process_time() - begun)
-        for names, is_so in ((accepted, made is not None), (offered, len(told["recognised"]["choices"]) > 1)):
+        for names, is_so in (
+            (accepted, made is not None),
+            (offered, len(told["recognised"]["choices"]) > 1),
+        ):
             if is_so:
                 names.append(path)
-                print(f"{path}: {told['recognised']['sentence']} {told['verdict']['sentence']}", flush=True)
-    print(f"{looked} pictures of other things: {len(accepted)} accepted, {len(offered)} offered; seconds "
-          f"{np.median(works):.2f}, most {max(works):.2f}")
+                print(
+                    f"{path}: {told['recognised']['sentence']} {told['verdict']['sentence']}",
+                    flush=True,
+                )
+    print(
+        f"{looked} pictures of other things: {len(accepted)} accepted, {len(offered)} offered; seconds "
+        f"{np.median(works):.2f}, most {max(works):.2f}"
+    )
 
 
 def floor(seed: int) -> np.ndarray:
@@ -144,20 +174,25 @@ def floor(seed: int) -> np.ndarray:
     flat = np.full((size, size), ground, np.float32)
     thick, high = int(rng.integers(3, 12)), side if kind == "tiles" else int(rng.integers(40, 90))
     for row in range(0, size if kind != "carpet" else 0, high):
-        flat[row:row + thick] += joint
+        flat[row : row + thick] += joint
         shift = 0 if kind == "tiles" else int(rng.integers(0, side * 3))
         for column in range(shift, size, side if kind == "tiles" else side * 3):
-            flat[row:row + high, column:column + thick] += joint
+            flat[row : row + high, column : column + thick] += joint
     if kind == "carpet":
         low, far = rng.integers(150, 400, 2), size - rng.integers(150, 400, 2)
         cv2.rectangle(flat, low.tolist(), far.tolist(), float(ground + 60), thick)
     flat += cv2.GaussianBlur(rng.normal(0, 60, flat.shape).astype(np.float32), (0, 0), 3)
     away = rng.uniform(-0.16, 0.16, (4, 2)) * 900
     corners = np.array([(0, 0), (size, 0), (size, size), (0, size)], np.float32)
-    seen = (np.array([(-100, -100), (1380, -100), (1380, 1124), (-100, 1124)]) + away).astype(np.float32)
-    shown = cv2.warpPerspective(flat, cv2.getPerspectiveTransform(corners, seen), (1280, 1024),
-                                borderValue=float(ground))
-    return np.clip(cv2.GaussianBlur(shown, (0, 0), 0.7) + rng.normal(0, 2, shown.shape), 0, 255).astype(np.uint8)
+    seen = (np.array([(-100, -100), (1380, -100), (1380, 1124), (-100, 1124)]) + away).astype(
+        np.float32
+    )
+    shown = cv2.warpPerspective(
+        flat, cv2.getPerspectiveTransform(corners, seen), (1280, 1024), borderValue=float(ground)
+    )
+    return np.clip(
+        cv2.GaussianBlur(shown, (0, 0), 0.7) + rng.normal(0, 2, shown.shape), 0, 255
+    ).astype(np.uint8)
 
 
 if __name__ == "__main__":

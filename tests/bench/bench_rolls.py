@@ -1,6 +1,6 @@
 """How honest the distortion told by rolling balls is: its error over its σ, for random lenses and rolls.
 
-    python tests/bench/bench_rolls.py        seeds 1, 2 and 3; 400 sets of two to twelve rolls each
+python tests/bench/bench_rolls.py        seeds 1, 2 and 3; 400 sets of two to twelve rolls each
 """
 
 import sys
@@ -27,9 +27,11 @@ def main() -> None:
             told = analyse_rolls(*chords(rng, lens_of(k, SIZE), int(rng.integers(2, 13))), SIZE)
             off.append((told.border_pct - border_pct(k, SIZE)) / told.border_sigma_pct)
             told_sigma.append(told.border_sigma_pct)
-        print(f"seed {seed}: {100 * np.mean(np.abs(off) < 2):.1f} % within 2 sigma, "
-              f"rms {np.sqrt(np.mean(np.square(off))):.2f} sigma, "
-              f"median sigma {np.median(told_sigma):.3f} % along the edge")
+        print(
+            f"seed {seed}: {100 * np.mean(np.abs(off) < 2):.1f} % within 2 sigma, "
+            f"rms {np.sqrt(np.mean(np.square(off))):.2f} sigma, "
+            f"median sigma {np.median(told_sigma):.3f} % along the edge"
+        )
 
 
 if __name__ == "__main__":

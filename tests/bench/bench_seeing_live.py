@@ -1,9 +1,9 @@
 """Seeing live, 1080p, a simulated match of 16 robots and a ball on Division B. Prints figures, asserts none.
 
-    python tests/bench/bench_seeing_live.py core 30      60 fps in a process bound to one core: the seeing thread, its
-                                                         messages and the league's packets, from rendered frames
-    python tests/bench/bench_seeing_live.py viewers 30   30 fps from an MJPEG camera through a real server, beside 0 and
-                                                         8 viewers at 960 px, with one who listens to detections
+python tests/bench/bench_seeing_live.py core 30      60 fps in a process bound to one core: the seeing thread, its
+                                                     messages and the league's packets, from rendered frames
+python tests/bench/bench_seeing_live.py viewers 30   30 fps from an MJPEG camera through a real server, beside 0 and
+                                                     8 viewers at 960 px, with one who listens to detections
 """
 
 import json
@@ -72,38 +72,77 @@ def core(seconds: float) -> None:
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     heard: list[bytes] = []
     capture = Reel(frames)
-    seeing = LiveDetector(PartContext(capture, heard.append, lambda number, body: None, Failures(), ImageLimits()))
+    seeing = LiveDetector(
+        PartContext(capture, heard.append, lambda number, body: None, Failures(), ImageLimits())
+    )
     seeing.apply(AppliedCalibration.of(calibration_of(match)))
-    seeing.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": profile, "publish": True,
-                   "camera_number": 0, "extent_mm": 1.0})
+    seeing.follow(
+        {
+            "on": True,
+            "run": True,
+            "plan": named_plan("ssl").to_json(),
+            "profile": profile,
+            "publish": True,
+            "camera_number": 0,
+            "extent_mm": 1.0,
+        }
+    )
     threading.Thread(target=capture.run, daemon=True).start()
     threading.Thread(target=seeing.run, daemon=True).start()
     time.sleep(3)
-    first, cpu, began, sent = len(heard), time.process_time(), time.monotonic(), capture.status()["seq"]
+    first, cpu, began, sent = (
+        len(heard),
+        time.process_time(),
+        time.monotonic(),
+        capture.status()["seq"],
+    )
     time.sleep(seconds)
     took, spent = time.monotonic() - began, time.process_time() - cpu
     told, sent = [decode_body(body)[0] for body in heard[first:]], capture.status()["seq"] - sent
-    stages = {one["name"]: np.median([t["stages"][i]["ms"] for t in told]) for i, one in enumerate(told[0]["stages"])}
+    stages = {
+        one["name"]: np.median([t["stages"][i]["ms"] for t in told])
+        for i, one in enumerate(told[0]["stages"])
+    }
     whole = np.array([t["ms"] for t in told])
-    print(f"{len(told) / took:.1f} of {sent / took:.1f} frames/s looked at, {100 * spent / took:.0f} % of the core, "
-          f"{np.median([len(t['items']) for t in told]):g} things a frame, load {os.getloadavg()[0]:.1f}")
-    print(f"ms of processor a frame: stages median {np.median(whole):.2f}, p95 {np.percentile(whole, 95):.2f}; "
-          f"everything {1000 * spent / len(told):.2f}")
+    print(
+        f"{len(told) / took:.1f} of {sent / took:.1f} frames/s looked at, {100 * spent / took:.0f} % of the core, "
+        f"{np.median([len(t['items']) for t in told]):g} things a frame, load {os.getloadavg()[0]:.1f}"
+    )
+    print(
+        f"ms of processor a frame: stages median {np.median(whole):.2f}, p95 {np.percentile(whole, 95):.2f}; "
+        f"everything {1000 * spent / len(told):.2f}"
+    )
     print(", ".join(f"{name} {ms:.2f}" for name, ms in stages.items()))
 
 
 def viewers(seconds: float) -> None:
     match, frames, profile = reel()
-    jpegs = [cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 90])[1].tobytes() for frame in frames[::2]]
+    jpegs = [
+        cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 90])[1].tobytes()
+        for frame in frames[::2]
+    ]
     camera = MjpegCamera(30.0)
     camera.parts = lambda n: [jpegs[n % len(jpegs)]]
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "settings.yaml").write_text(
             "server: {port: 0, max_connections: 300}\nsources: {allowed_hosts: [127.0.0.1]}\ncameras:\n"
-            f"- {{id: north, source: '{camera.url}', field: ssl-div-b, region: full}}\n")
-        server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
-                                   f"{folder}/settings.yaml", "--data", f"{folder}/data"], cwd=ROOT,
-                                  stdout=subprocess.PIPE, text=True)
+            f"- {{id: north, source: '{camera.url}', field: ssl-div-b, region: full}}\n"
+        )
+        server = subprocess.Popen(
+            [
+                sys.executable,
+                "-c",
+                "from touchline.cli import main; main()",
+                "serve",
+                "--config",
+                f"{folder}/settings.yaml",
+                "--data",
+                f"{folder}/data",
+            ],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         try:
             port = int(server.stdout.readline().split()[-1].rstrip("/").rpartition(":")[2])
             prepared(port, match, profile)
@@ -115,18 +154,34 @@ def viewers(seconds: float) -> None:
             camera.close()
 
 
-def asked(port: int, path: str, body: bytes | None = None, method: str | None = None, **headers: str):
-    headers = {"content-type": "application/json", **{name.replace("_", "-"): one for name, one in headers.items()}}
-    with urlopen(Request(f"http://127.0.0.1:{port}/api/v1{path}", body, headers, method=method), timeout=60) as answer:
+def asked(
+    port: int, path: str, body: bytes | None = None, method: str | None = None, **headers: str
+):
+    headers = {
+        "content-type": "application/json",
+        **{name.replace("_", "-"): one for name, one in headers.items()},
+    }
+    with urlopen(
+        Request(f"http://127.0.0.1:{port}/api/v1{path}", body, headers, method=method), timeout=60
+    ) as answer:
         return json.load(answer)
 
 
 def prepared(port: int, match, profile) -> None:
     """The camera is calibrated and has its colours."""
-    form = b"".join(b'--form\r\ncontent-disposition: form-data; name="%s"%s\r\n\r\n%s\r\n' % one for one in (
-        (b"camera", b"", b"north"), (b"file", b'; filename="c.json"', FORMATS["json"].write(calibration_of(match)))))
-    made = asked(port, "/calibrations/import", form + b"--form--\r\n",
-                 content_type="multipart/form-data; boundary=form")
+    form = b"".join(
+        b'--form\r\ncontent-disposition: form-data; name="%s"%s\r\n\r\n%s\r\n' % one
+        for one in (
+            (b"camera", b"", b"north"),
+            (b"file", b'; filename="c.json"', FORMATS["json"].write(calibration_of(match))),
+        )
+    )
+    made = asked(
+        port,
+        "/calibrations/import",
+        form + b"--form--\r\n",
+        content_type="multipart/form-data; boundary=form",
+    )
     activate_despite(f"http://127.0.0.1:{port}", made["id"])
     body = {"on": True, "plan": "ssl", "profile": profile}
     asked(port, "/cameras/north/seeing", json.dumps(body).encode(), "PUT", if_match="unset")
@@ -135,30 +190,51 @@ def prepared(port: int, match, profile) -> None:
 
 def cpu_s(pid: int) -> float:
     """Of the camera's process: the server's child that has worked most."""
-    children = [int(child) for task in Path(f"/proc/{pid}/task").iterdir()
-                for child in (task / "children").read_text().split()]
-    spent = [sum(map(int, Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[11:13]))
-             for child in children]
+    children = [
+        int(child)
+        for task in Path(f"/proc/{pid}/task").iterdir()
+        for child in (task / "children").read_text().split()
+    ]
+    spent = [
+        sum(map(int, Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[11:13]))
+        for child in children
+    ]
     return max(spent) / os.sysconf("SC_CLK_TCK")
 
 
 def measured(port: int, server: int, count: int, seconds: float) -> None:
-    crowd = subprocess.Popen([sys.executable, "-m", "tests.support.live_viewers", "127.0.0.1", str(port),
-                              "/api/v1/cameras/north/stream.mjpg?width=960", str(count), "0", str(seconds + 4)],
-                             stdout=subprocess.PIPE, text=True)
+    crowd = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "tests.support.live_viewers",
+            "127.0.0.1",
+            str(port),
+            "/api/v1/cameras/north/stream.mjpg?width=960",
+            str(count),
+            "0",
+            str(seconds + 4),
+        ],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     told, spent, began = [], cpu_s(server), time.monotonic()
-    with websockets.sync.client.connect(f"ws://127.0.0.1:{port}/api/v1/cameras/north/detections") as line:
+    with websockets.sync.client.connect(
+        f"ws://127.0.0.1:{port}/api/v1/cameras/north/detections"
+    ) as line:
         end = time.monotonic() + seconds + 2
         while time.monotonic() < end:
             told.append(json.loads(line.recv(20)))
     used = 100 * (cpu_s(server) - spent) / (time.monotonic() - began)
     watched = json.loads(crowd.communicate(timeout=60)[0])
-    late = told[len(told) // 4:]
+    late = told[len(told) // 4 :]
     frames = (late[-1]["seq"] - late[0]["seq"]) / (late[-1]["time_s"] - late[0]["time_s"])
-    print(f"beside {count} viewers: {np.median([t['fps'] for t in late]):.1f} of {frames:.1f} frames/s looked at, "
-          f"{np.median([t['ms'] for t in late]):.1f} ms each, {np.median([len(t['items']) for t in late]):g} things; a "
-          f"viewer gets {watched['fps_median']:.1f} (least {watched['fps_least']:.1f}); "
-          f"its process used {used:.0f} % of a core; load {os.getloadavg()[0]:.1f}")
+    print(
+        f"beside {count} viewers: {np.median([t['fps'] for t in late]):.1f} of {frames:.1f} frames/s looked at, "
+        f"{np.median([t['ms'] for t in late]):.1f} ms each, {np.median([len(t['items']) for t in late]):g} things; a "
+        f"viewer gets {watched['fps_median']:.1f} (least {watched['fps_least']:.1f}); "
+        f"its process used {used:.0f} % of a core; load {os.getloadavg()[0]:.1f}"
+    )
 
 
 if __name__ == "__main__":

@@ -24,8 +24,12 @@ from touchline.vision.snap import Snapped, snap
 SEEDS = 3
 PER_SEED = 16
 OFF_PX = 4.0
-GROUNDS = {"white on green": (200, (80, 80)), "white on black": (250, (15, 15)), "dark on light": (40, (200, 200)),
-           "carpet beside wood": (220, (120, 40))}
+GROUNDS = {
+    "white on green": (200, (80, 80)),
+    "white on black": (250, (15, 15)),
+    "dark on light": (40, (200, 200)),
+    "carpet beside wood": (220, (120, 40)),
+}
 CLICKS = Path(__file__).parents[1] / "clicks"
 REAL = {"ssl_2008_half": "ssl_2008/ssl-field-2008.jpg", "unball_full": "unball/unball_path1.png"}
 
@@ -37,19 +41,29 @@ def drawn_lines() -> list[float]:
     for where, (paint, ground) in GROUNDS.items():
         for blur_px in (0.5, 1.0, 1.6):
             row = [_seeds(width, blur_px, paint, ground, times) for width in (2, 3, 4, 6)]
-            told = ", ".join(f"{np.mean(e):.3f} (worst {np.max(e):.2f}, {m} of {n} left)" for e, m, n in row)
+            told = ", ".join(
+                f"{np.mean(e):.3f} (worst {np.max(e):.2f}, {m} of {n} left)" for e, m, n in row
+            )
             print(f"{where}, blur {blur_px}: {told}")
     return times
 
 
-def _seeds(width: float, blur_px: float, paint: float, ground: tuple, times: list) -> tuple[list, int, int]:
+def _seeds(
+    width: float, blur_px: float, paint: float, ground: tuple, times: list
+) -> tuple[list, int, int]:
     errors, left = [], 0
     for seed in range(SEEDS):
         rng = np.random.default_rng(seed)
         for _ in range(PER_SEED):
             angle, middle = rng.uniform(0, np.pi), np.array([60, 50]) + rng.uniform(-0.5, 0.5, 2)
             normal = np.array([-np.sin(angle), np.cos(angle)])
-            picture = painted([straight(middle, angle, width)], paint=paint, ground=ground, blur_px=blur_px, rng=rng)
+            picture = painted(
+                [straight(middle, angle, width)],
+                paint=paint,
+                ground=ground,
+                blur_px=blur_px,
+                rng=rng,
+            )
             start = time.process_time()
             found = snap(picture, middle + rng.choice([-1, 1]) * OFF_PX * normal)
             times.append(time.process_time() - start)
@@ -65,11 +79,15 @@ def rendered_fields() -> None:
     field = load_fields()["ssl-div-b"]
     region = field.regions["full"]
     for lens, tilt in (("mild", 0), ("strong", 0), ("strong", 20)):
-        camera = SimCamera.above(region, ImageSize(1280, 1024), LENSES[lens], height_mm=6500, tilt_deg=tilt)
+        camera = SimCamera.above(
+            region, ImageSize(1280, 1024), LENSES[lens], height_mm=6500, tilt_deg=tilt
+        )
         errors, left = [], 0
         for seed in range(4):
             sensor = Sensor(blur_px=0.8, noise=2.0)
-            shown = Rendering.of(camera, field, region, Motion(robots=0), Light(), sensor).frame(seed)
+            shown = Rendering.of(camera, field, region, Motion(robots=0), Light(), sensor).frame(
+                seed
+            )
             rng = np.random.default_rng(seed)
             for marking in (*field.lines.values(), *field.arcs.values()):
                 places = camera.raw_from_field(marking.sample(13)[1:-1])
@@ -83,8 +101,10 @@ def rendered_fields() -> None:
                         left += 1
         e = np.array(errors)
         own = e < 2  # the others were nearer to another line where lines meet
-        print(f"Div B, {lens}, {tilt}°: mean {e[own].mean():.3f} px, p95 {np.percentile(e[own], 95):.3f}; "
-              f"{(~own).sum()} on another line, {left} left, of {len(e) + left}")
+        print(
+            f"Div B, {lens}, {tilt}°: mean {e[own].mean():.3f} px, p95 {np.percentile(e[own], 95):.3f}; "
+            f"{(~own).sum()} on another line, {left} left, of {len(e) + left}"
+        )
 
 
 def real_pictures(folder: Path | None) -> None:
@@ -99,30 +119,45 @@ def real_pictures(folder: Path | None) -> None:
         for observation in json.loads((CLICKS / f"{name}.json").read_text())["observations"]:
             for point in np.array(observation["points"]):
                 turns = rng.uniform(0, 2 * np.pi, 4)
-                spots = [snap(picture, point + OFF_PX * np.array([np.cos(t), np.sin(t)])) for t in turns]
+                spots = [
+                    snap(picture, point + OFF_PX * np.array([np.cos(t), np.sin(t)])) for t in turns
+                ]
                 found = [s for s in spots if isinstance(s, Snapped)]
                 left += len(spots) - len(found)
                 if len(found) > 1:
                     normal = np.array([-np.sin(found[0].angle_rad), np.cos(found[0].angle_rad)])
                     apart.append(np.ptp([np.array(s.point) @ normal for s in found]))
                 tiles += [_crop(picture, point, found[0])] if found else []
-        print(f"{name}: four clicks 4 px off land within {np.median(apart):.3f} px of each other across the line "
-              f"(median; p90 {np.percentile(apart, 90):.2f}), {left} left")
+        print(
+            f"{name}: four clicks 4 px off land within {np.median(apart):.3f} px of each other across the line "
+            f"(median; p90 {np.percentile(apart, 90):.2f}), {left} left"
+        )
         if folder:
             tiles += [np.zeros_like(tiles[0])] * (-len(tiles) % 9)
-            sheet = np.vstack([np.hstack(tiles[i:i + 9]) for i in range(0, len(tiles), 9)])
+            sheet = np.vstack([np.hstack(tiles[i : i + 9]) for i in range(0, len(tiles), 9)])
             cv2.imwrite(str(folder / f"snap-{name}.png"), sheet)
 
 
-def _crop(picture: np.ndarray, click: np.ndarray, found: Snapped, half: int = 16, scale: int = 8) -> np.ndarray:
+def _crop(
+    picture: np.ndarray, click: np.ndarray, found: Snapped, half: int = 16, scale: int = 8
+) -> np.ndarray:
     x0, y0 = np.rint(click).astype(int) - half
     wide = cv2.copyMakeBorder(picture, half, half, half, half, cv2.BORDER_CONSTANT)
-    tile = cv2.resize(wide[y0 + half:y0 + 3 * half + 1, x0 + half:x0 + 3 * half + 1], None, fx=scale, fy=scale,
-                      interpolation=cv2.INTER_NEAREST)
+    tile = cv2.resize(
+        wide[y0 + half : y0 + 3 * half + 1, x0 + half : x0 + 3 * half + 1],
+        None,
+        fx=scale,
+        fy=scale,
+        interpolation=cv2.INTER_NEAREST,
+    )
 
     def at(point: np.ndarray) -> tuple[int, int]:
         return tuple(int(v) for v in (point - [x0, y0] + 0.5) * scale)
-    middle, along = np.array(found.point), np.array([np.cos(found.angle_rad), np.sin(found.angle_rad)])
+
+    middle, along = (
+        np.array(found.point),
+        np.array([np.cos(found.angle_rad), np.sin(found.angle_rad)]),
+    )
     for side in (-0.5, 0.5):
         edge = middle + side * found.width_px * np.array([-along[1], along[0]])
         cv2.line(tile, at(edge - 8 * along), at(edge + 8 * along), (0, 255, 255), 1)
@@ -133,7 +168,9 @@ def _crop(picture: np.ndarray, click: np.ndarray, found: Snapped, half: int = 16
 def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else None
     times = np.array(drawn_lines()) * 1e3
-    print(f"one point: p50 {np.percentile(times, 50):.1f} ms, p95 {np.percentile(times, 95):.1f} ms of processor time")
+    print(
+        f"one point: p50 {np.percentile(times, 50):.1f} ms, p95 {np.percentile(times, 95):.1f} ms of processor time"
+    )
     rendered_fields()
     real_pictures(folder)
 

@@ -29,9 +29,12 @@ def one(seed: int, tilt: int) -> dict[str, tuple[float, float, int]]:
     clicks = border_observations(camera, REGION, 9, 0.3, rng, anywhere=True)
     truth = RayCameraParameters.of(true_camera(camera))
     free = np.array([name not in HELD for name in truth.names])
-    poor = replace(truth, terms=truth.terms * 0, log_focal=truth.log_focal + rng.normal(0, 0.15),
-                   position_mm=truth.position_mm + rng.normal(0, 150, 3)).retract(
-                       np.concatenate([np.zeros(3), rng.normal(0, 0.03, 3), np.zeros(3)]), free)
+    poor = replace(
+        truth,
+        terms=truth.terms * 0,
+        log_focal=truth.log_focal + rng.normal(0, 0.15),
+        position_mm=truth.position_mm + rng.normal(0, 150, 3),
+    ).retract(np.concatenate([np.zeros(3), rng.normal(0, 0.03, 3), np.zeros(3)]), free)
     found = {}
     for name in ("ours", "scipy lm", "scipy trf"):
         problem = gather_clicks(clicks, FIELD, REGION, with_offsets=False)
@@ -58,9 +61,16 @@ def one(seed: int, tilt: int) -> dict[str, tuple[float, float, int]]:
                     last[d.tobytes()] = evaluate(poor.retract(d, free))
                 return last[d.tobytes()]
 
-            answer = least_squares(lambda d, at=at: at(d)[0], np.zeros(int(free.sum())),
-                                   jac=lambda d, at=at: at(d)[1], method=name.split()[1],
-                                   x_scale="jac", xtol=1e-10, ftol=1e-10, gtol=1e-10)
+            answer = least_squares(
+                lambda d, at=at: at(d)[0],
+                np.zeros(int(free.sum())),
+                jac=lambda d, at=at: at(d)[1],
+                method=name.split()[1],
+                x_scale="jac",
+                xtol=1e-10,
+                ftol=1e-10,
+                gtol=1e-10,
+            )
             cost = 2 * answer.cost
         found[name] = (cost, time.perf_counter() - start, looks)
     return found
@@ -70,7 +80,11 @@ if __name__ == "__main__":
     results = [one(seed, tilt) for tilt in (0, 8, 15) for seed in range(8)]
     best = [min(r[0] for r in result.values()) for result in results]
     for name in results[0]:
-        at_best = sum(result[name][0] <= b * 1.001 + 1e-6 for result, b in zip(results, best, strict=True))
+        at_best = sum(
+            result[name][0] <= b * 1.001 + 1e-6 for result, b in zip(results, best, strict=True)
+        )
         ratio = np.median([result[name][1] / result["ours"][1] for result in results])
-        print(f"{name:10} best minimum {at_best} of {len(results)}, time / ours {ratio:.2f}, "
-              f"median looks {np.median([result[name][2] for result in results]):.0f}")
+        print(
+            f"{name:10} best minimum {at_best} of {len(results)}, time / ours {ratio:.2f}, "
+            f"median looks {np.median([result[name][2] for result in results]):.0f}"
+        )

@@ -91,10 +91,19 @@ def main() -> None:
         return
     for codec in ("h264", "h265", "mjpeg"):
         with contextlib.closing(GstCamera(codec)) as camera:
-            say("GStreamer", codec, "change of size", spread(change(camera.url + "#open_s=10", camera.resize)))
+            say(
+                "GStreamer",
+                codec,
+                "change of size",
+                spread(change(camera.url + "#open_s=10", camera.resize)),
+            )
             if codec != "h265":  # whose encoder needs more than a small machine has
                 camera.resize(1920, 1080)
-                say("GStreamer", codec, f"1920 × 1080: {cost(camera.url + '#open_s=15'):.1f} ms of processor a frame")
+                say(
+                    "GStreamer",
+                    codec,
+                    f"1920 × 1080: {cost(camera.url + '#open_s=15'):.1f} ms of processor a frame",
+                )
 
 
 def spread(seconds: list[float]) -> str:

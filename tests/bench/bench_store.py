@@ -35,14 +35,18 @@ def fill(store: Store, one: Calibration, count: int) -> None:
     for start in range(0, count, 1000):
         with store._database.writing("The bench") as rows:
             for number in range(start, min(start + 1000, count)):
-                kept = replace(one, id=f"{number:016x}", camera=CAMERAS[number % 10], version=1 + number // 10)
+                kept = replace(
+                    one, id=f"{number:016x}", camera=CAMERAS[number % 10], version=1 + number // 10
+                )
                 rows.add(calibration_row(kept))
 
 
 def p(seconds: list[tuple[float, float]]) -> str:
     wall, busy = np.transpose(seconds) * 1e3
-    return (f"p50 {np.percentile(wall, 50):6.1f} ms   p95 {np.percentile(wall, 95):6.1f} ms   "
-            f"processor time of this thread p95 {np.percentile(busy, 95):5.1f} ms")
+    return (
+        f"p50 {np.percentile(wall, 50):6.1f} ms   p95 {np.percentile(wall, 95):6.1f} ms   "
+        f"processor time of this thread p95 {np.percentile(busy, 95):5.1f} ms"
+    )
 
 
 def timed(call, times: int = 200) -> list[tuple[float, float]]:
@@ -62,30 +66,49 @@ def measure(folder: Path, one: Calibration, count: int, export: dict) -> None:
     began = time.perf_counter()
     store = Store(folder)
     print(f"\nload average {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
-    print(f"{count} calibrations, {size / 1e6:.0f} MB; opening the store with all its checks "
-          f"{time.perf_counter() - began:.1f} s")
+    print(
+        f"{count} calibrations, {size / 1e6:.0f} MB; opening the store with all its checks "
+        f"{time.perf_counter() - began:.1f} s"
+    )
     with store:
+
         def any_id(number: int) -> str:
             return f"{number * 7919 % count:016x}"
 
         # copies of so large a database are made now and then, not in these milliseconds
         store._backups.close()
         print("list 20 of all       ", p(timed(lambda n: store.calibrations.found(limit=20))))
-        print("list 20 of a camera  ", p(timed(lambda n: store.calibrations.found(CAMERAS[n % 10], limit=20))))
-        print("list 20 far back     ", p(timed(lambda n: store.calibrations.found(None, 20, str(count // 2 + n)))))
+        print(
+            "list 20 of a camera  ",
+            p(timed(lambda n: store.calibrations.found(CAMERAS[n % 10], limit=20))),
+        )
+        print(
+            "list 20 far back     ",
+            p(timed(lambda n: store.calibrations.found(None, 20, str(count // 2 + n)))),
+        )
         print("open one             ", p(timed(lambda n: store.calibrations.get(any_id(n)))))
-        print("save                 ", p(timed(lambda n: store.calibrations.add(replace(one, camera=CAMERAS[n % 10])))))
+        print(
+            "save                 ",
+            p(timed(lambda n: store.calibrations.add(replace(one, camera=CAMERAS[n % 10])))),
+        )
         print("activate             ", p(timed(lambda n: store.calibrations.activate(any_id(n)))))
     with served(folder) as url, closing(Line(url)) as line:
+
         def asked(path: str) -> None:
             assert line.ask("GET", path)[0] == 200
 
         data, headers = form(json.dumps({**export, "camera": None}).encode())
         asked("/calibrations?limit=20")
         print("HTTP list 20         ", p(timed(lambda n: asked("/calibrations?limit=20"))))
-        print("HTTP list 20, camera ", p(timed(lambda n: asked(f"/calibrations?limit=20&camera={CAMERAS[n % 10]}"))))
+        print(
+            "HTTP list 20, camera ",
+            p(timed(lambda n: asked(f"/calibrations?limit=20&camera={CAMERAS[n % 10]}"))),
+        )
         print("HTTP open one        ", p(timed(lambda n: asked(f"/calibrations/{any_id(n)}"))))
-        print("HTTP save (import)   ", p(timed(lambda n: line.ask("POST", "/calibrations/import", data, headers), 60)))
+        print(
+            "HTTP save (import)   ",
+            p(timed(lambda n: line.ask("POST", "/calibrations/import", data, headers), 60)),
+        )
 
 
 def main() -> None:

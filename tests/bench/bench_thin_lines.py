@@ -28,8 +28,22 @@ FINER, SHIFT = 8, 4  # times as fine as the picture; bits of a pixel's fractions
 
 def drawing(seed: int, field: str, width: float | str, sharpen: float, noise: float) -> SeenScene:
     rng = np.random.default_rng(seed)
-    spec = SceneSpec(seed, field, "full", "mild", SIZE, 2500.0 if field == "vsss-3v3" else 6000.0,
-                     float(rng.uniform(0, 10)), 0.0, float(rng.uniform(-6, 6)), 0.0, 0.0, 0.0, 0, 0)
+    spec = SceneSpec(
+        seed,
+        field,
+        "full",
+        "mild",
+        SIZE,
+        2500.0 if field == "vsss-3v3" else 6000.0,
+        float(rng.uniform(0, 10)),
+        0.0,
+        float(rng.uniform(-6, 6)),
+        0.0,
+        0.0,
+        0.0,
+        0,
+        0,
+    )
     camera = camera_of(spec)
     finer = 1 if width == "stair" else FINER
     pixels = np.full((SIZE[1] * finer, SIZE[0] * finer), GROUND, np.uint8)
@@ -37,9 +51,19 @@ def drawing(seed: int, field: str, width: float | str, sharpen: float, noise: fl
         raw = camera.raw_from_field(marking.sample(200))
         ends = np.round(((raw + 0.5) * finer - 0.5) * 2**SHIFT).astype(np.int32)
         thickness = 1 if width == "stair" else round(float(width) * finer)
-        cv2.polylines(pixels, [ends], False, PAINT, thickness, cv2.LINE_8 if finer == 1 else cv2.LINE_AA, SHIFT)
+        cv2.polylines(
+            pixels,
+            [ends],
+            False,
+            PAINT,
+            thickness,
+            cv2.LINE_8 if finer == 1 else cv2.LINE_AA,
+            SHIFT,
+        )
     exact = cv2.resize(pixels, SIZE, interpolation=cv2.INTER_AREA).astype(np.float64)
-    exact += sharpen * (exact - cv2.GaussianBlur(exact, (0, 0), 1.0)) + rng.normal(0, noise, exact.shape)
+    exact += sharpen * (exact - cv2.GaussianBlur(exact, (0, 0), 1.0)) + rng.normal(
+        0, noise, exact.shape
+    )
     shown = cv2.cvtColor(np.clip(np.round(exact), 0, 255).astype(np.uint8), cv2.COLOR_GRAY2BGR)
     return SeenScene(spec, shown, camera, fields()[field], fields()[field].region("full"), 0.0)
 
@@ -60,10 +84,14 @@ def main() -> None:
             off = carpet_error_mm(lambda raw, model=model: field_from_raw(model, raw), scene)[0]
             errors.append(off)
             found += 1
-        print(f"{seed}: {case}: {share:.0%} {told['verdict']['level']} {told['verdict']['reason']} {off:.2f} mm",
-              flush=True)
-    print(f"{found} of {len(cases)} accepted; of the lines, {np.median(shares):.0%} detected, least {min(shares):.0%}; "
-          f"rms on the carpet {np.median(errors):.2f} mm, most {max(errors):.2f} mm; {np.median(works):.2f} s")
+        print(
+            f"{seed}: {case}: {share:.0%} {told['verdict']['level']} {told['verdict']['reason']} {off:.2f} mm",
+            flush=True,
+        )
+    print(
+        f"{found} of {len(cases)} accepted; of the lines, {np.median(shares):.0%} detected, least {min(shares):.0%}; "
+        f"rms on the carpet {np.median(errors):.2f} mm, most {max(errors):.2f} mm; {np.median(works):.2f} s"
+    )
 
 
 if __name__ == "__main__":

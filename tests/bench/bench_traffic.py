@@ -38,8 +38,19 @@ from touchline.images import encode
 MINUTES = float(os.environ.get("TOUCHLINE_TRAFFIC_MIN", "30"))
 WARM_S = 120.0  # until every page, process and cache is there
 PAGES, CAMERAS = 10, 4
-VIEWS = ["cameras", "cameras/cam0/live", "cameras/cam1/versions", "cameras/cam2/drift", "cameras/cam3/detection",
-         "library/images", "library/fields", "system/server", "system/jobs", "system/publishing", "rigs/hall"]
+VIEWS = [
+    "cameras",
+    "cameras/cam0/live",
+    "cameras/cam1/versions",
+    "cameras/cam2/drift",
+    "cameras/cam3/detection",
+    "library/images",
+    "library/fields",
+    "system/server",
+    "system/jobs",
+    "system/publishing",
+    "rigs/hall",
+]
 PROBE_S = 0.1
 SOURCE = "sim://ssl-div-b?cameras=4&camera={}&lens=half&tilt=6&fill=0.86&seed=1&robots=4&fps=15"
 
@@ -51,10 +62,18 @@ def sizes(pid: int) -> dict[str, float]:
         with suppress(OSError):
             lines = Path(f"/proc/{one}/smaps_rollup").read_text().splitlines()
             resident += sum(int(line.split()[1]) for line in lines if line.startswith("Pss:"))
-    own = sum(int(line.split()[1]) for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
-              if line.startswith("Rss:"))
-    return {"server MB": own / 1000, "all MB": resident / 1000, "descriptors": len(os.listdir(f"/proc/{pid}/fd")),
-            "threads": len(os.listdir(f"/proc/{pid}/task")), "children": len(processes) - 1}
+    own = sum(
+        int(line.split()[1])
+        for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+        if line.startswith("Rss:")
+    )
+    return {
+        "server MB": own / 1000,
+        "all MB": resident / 1000,
+        "descriptors": len(os.listdir(f"/proc/{pid}/fd")),
+        "threads": len(os.listdir(f"/proc/{pid}/task")),
+        "children": len(processes) - 1,
+    }
 
 
 class Traffic:
@@ -68,7 +87,9 @@ class Traffic:
         self.ended = Event()
         self.random = random.Random(1)
 
-    def ask(self, method: str, path: str, timeout_s: float = 120.0, **more) -> requests.Response | None:
+    def ask(
+        self, method: str, path: str, timeout_s: float = 120.0, **more
+    ) -> requests.Response | None:
         """Ask, and note the status; None where nobody waited so long."""
         name = f"{method} {path.split('?')[0]}"
         try:
@@ -91,32 +112,50 @@ class Traffic:
         noise = np.random.default_rng(1).integers(0, 255, (1800, 2400, 3), np.uint8)
         picture = encode(noise, "jpg")
         uploaded = self.ask("POST", "/snapshots", files={"file": picture}).json()["id"]
-        shots = [self.ask("POST", "/snapshots", json={"camera": f"cam{i}"}).json()["id"] for i in range(CAMERAS)]
+        shots = [
+            self.ask("POST", "/snapshots", json={"camera": f"cam{i}"}).json()["id"]
+            for i in range(CAMERAS)
+        ]
         versions = self.ask("GET", "/calibrations?brief=true").json()["items"]
         points = np.random.default_rng(1).uniform(0, 700, (1_000_000, 2)).astype("<f8").tobytes()
         clicks = json.loads(json.dumps(sim_task(CAMERAS, 0).to_json()))
-        body = {"field": "ssl-div-b", "region": REGIONS[CAMERAS][0], "image_size": clicks["image_size"],
-                "observations": clicks["observations"]}
+        body = {
+            "field": "ssl-div-b",
+            "region": REGIONS[CAMERAS][0],
+            "image_size": clicks["image_size"],
+            "observations": clicks["observations"],
+        }
         version = versions[0]["id"]
         calls = {
             "stitched": lambda: self.ask("GET", "/rigs/hall/stitched.jpg?width=2400"),
             "stitched, left": lambda: self.ask("GET", "/rigs/hall/stitched.jpg?width=2400", 0.2),
             "enlarged": lambda: self.ask(
-                "GET", f"/calibrations/{version}/corrected.png?snapshot={shots[0]}&width=4000"),
+                "GET", f"/calibrations/{version}/corrected.png?snapshot={shots[0]}&width=4000"
+            ),
             "a million points": lambda: self.ask(
-                "POST", f"/calibrations/{version}/transform?from=image&to=field", data=points,
-                headers={"Content-Type": "application/octet-stream"}),
-            "detections": lambda: self.ask("POST", "/detections", json={
-                "snapshot": shots[2], "calibration": versions[1]["id"]}),
-            "straightness": lambda: self.ask("POST", "/straightness", json={"snapshots": [uploaded]}),
-            "find lines": lambda: self.finish("/calibrations/auto", {
-                "snapshot": shots[1], "field": "ssl-div-b", "region": REGIONS[CAMERAS][1]}),
+                "POST",
+                f"/calibrations/{version}/transform?from=image&to=field",
+                data=points,
+                headers={"Content-Type": "application/octet-stream"},
+            ),
+            "detections": lambda: self.ask(
+                "POST", "/detections", json={"snapshot": shots[2], "calibration": versions[1]["id"]}
+            ),
+            "straightness": lambda: self.ask(
+                "POST", "/straightness", json={"snapshots": [uploaded]}
+            ),
+            "find lines": lambda: self.finish(
+                "/calibrations/auto",
+                {"snapshot": shots[1], "field": "ssl-div-b", "region": REGIONS[CAMERAS][1]},
+            ),
             "comparison": lambda: self.ask("POST", "/calibrations/compare", json=body),
             "rig check": lambda: self.ask("POST", "/rigs/hall/check", json={"pictures": "live"}),
             "report": lambda: self.ask("GET", f"/calibrations/{version}/report.html"),
             "scene": lambda: self.ask("GET", f"/calibrations/{version}/scene.html"),
             "archive": lambda: self.ask("GET", "/archive"),
-            "save": lambda: self.ask("POST", "/calibrations", json={**body, "model": "division", "camera": "cam0"}),
+            "save": lambda: self.ask(
+                "POST", "/calibrations", json={**body, "model": "division", "camera": "cam0"}
+            ),
             "nothing": lambda: self.ended.wait(3.0),
         }
         for self.beside in cycle(calls):
@@ -133,15 +172,24 @@ class Traffic:
     def fault(self, number: int) -> str:
         """Do one harm, and say which."""
         place = urlsplit(self.url)
-        kind = ("camera dies", "job dies", "hostile pictures", "garbage", "sockets cut", "half a request",
-                "a camera is knocked")[number % 7]
+        kind = (
+            "camera dies",
+            "job dies",
+            "hostile pictures",
+            "garbage",
+            "sockets cut",
+            "half a request",
+            "a camera is knocked",
+        )[number % 7]
         if kind in ("camera dies", "job dies"):
             module = "touchline.live." if kind == "camera dies" else "touchline.jobs."
             for pid in [pid for pid, line in family(self.pid).items() if module in line][:1]:
                 with suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGKILL)
         elif kind == "hostile pictures":
-            for path in sorted((ROOT.parent / "shared" / "data" / "hostile_images").glob("*.*"))[:40]:
+            for path in sorted((ROOT.parent / "shared" / "data" / "hostile_images").glob("*.*"))[
+                :40
+            ]:
                 self.ask("POST", "/snapshots", files={"file": path.read_bytes()})
         elif kind == "garbage":
             for data in (b"\x00" * 4096, b"GET / HTTP/1.1\r\nHost: [\r\n\r\n", os.urandom(4096)):
@@ -154,9 +202,15 @@ class Traffic:
         elif kind == "half a request":
             self.half = [socket.create_connection((place.hostname, place.port)) for _ in range(30)]
             for line in self.half:
-                line.sendall(b"POST /api/v1/snapshots HTTP/1.1\r\nHost: x\r\nContent-Length: 100000\r\n\r\nxx")
+                line.sendall(
+                    b"POST /api/v1/snapshots HTTP/1.1\r\nHost: x\r\nContent-Length: 100000\r\n\r\nxx"
+                )
         else:
-            self.ask("PATCH", "/cameras/cam1/controls", json={"controls": {"knock": 4 * (number // 7 % 2)}})
+            self.ask(
+                "PATCH",
+                "/cameras/cam1/controls",
+                json={"controls": {"knock": 4 * (number // 7 % 2)}},
+            )
         return kind
 
     def walk(self, until_s: float) -> tuple[list[dict[str, float]], list[str]]:
@@ -164,7 +218,9 @@ class Traffic:
         samples, errors, faults, begun = [], [], 0, time.monotonic()
         with sync_playwright() as play:
             browser = play.chromium.launch(executable_path=chromium_path(), args=ARGUMENTS)
-            pages = [browser.new_page(viewport={"width": 1024, "height": 700}) for _ in range(PAGES)]
+            pages = [
+                browser.new_page(viewport={"width": 1024, "height": 700}) for _ in range(PAGES)
+            ]
             for page in pages:
                 page.on("pageerror", lambda error: errors.append(str(error)))
             for number, page in enumerate(cycle(pages)):
@@ -175,7 +231,10 @@ class Traffic:
                 if number % 10 == 0:
                     samples.append({"s": time.monotonic() - begun, **sizes(self.pid)})
                 if time.monotonic() - begun > 60 * (faults + 1):
-                    print(f"{time.monotonic() - begun:.0f} s: {self.fault(faults)}; {samples[-1]}", flush=True)
+                    print(
+                        f"{time.monotonic() - begun:.0f} s: {self.fault(faults)}; {samples[-1]}",
+                        flush=True,
+                    )
                     faults += 1
             browser.close()
         return samples, errors
@@ -183,23 +242,61 @@ class Traffic:
 
 @pytest.fixture
 def traffic(tmp_path):
-    (tmp_path / "settings.yaml").write_text("server: {port: 0}\ncameras:\n" + "".join(
-        f"- {{id: cam{i}, source: '{SOURCE.format(i)}', field: ssl-div-b, region: {REGIONS[CAMERAS][i]}}}\n"
-        for i in range(CAMERAS)))
+    (tmp_path / "settings.yaml").write_text(
+        "server: {port: 0}\ncameras:\n"
+        + "".join(
+            f"- {{id: cam{i}, source: '{SOURCE.format(i)}', field: ssl-div-b, region: {REGIONS[CAMERAS][i]}}}\n"
+            for i in range(CAMERAS)
+        )
+    )
     with (tmp_path / "log").open("w") as log:
-        server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
-                                   str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")], cwd=ROOT,
-                                  stdout=subprocess.PIPE, stderr=log, text=True)
+        server = subprocess.Popen(
+            [
+                sys.executable,
+                "-c",
+                "from touchline.cli import main; main()",
+                "serve",
+                "--config",
+                str(tmp_path / "settings.yaml"),
+                "--data",
+                str(tmp_path / "data"),
+            ],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+        )
         it = Traffic(server.stdout.readline().split()[-1].rstrip("/"), server.pid)
         for i in range(CAMERAS):
             clicks = sim_task(CAMERAS, i).to_json()
-            made = it.ask("POST", "/calibrations", json={
-                "camera": f"cam{i}", "field": "ssl-div-b", "region": REGIONS[CAMERAS][i], "model": "brown-conrady",
-                "image_size": clicks["image_size"], "observations": clicks["observations"]}).json()
+            made = it.ask(
+                "POST",
+                "/calibrations",
+                json={
+                    "camera": f"cam{i}",
+                    "field": "ssl-div-b",
+                    "region": REGIONS[CAMERAS][i],
+                    "model": "brown-conrady",
+                    "image_size": clicks["image_size"],
+                    "observations": clicks["observations"],
+                },
+            ).json()
             activate_despite(it.url, made["id"])
-        it.ask("PUT", "/rigs/hall", json={"title": "Hall", "field": "ssl-div-b", "cameras": [
-            {"camera": f"cam{i}", "region": REGIONS[CAMERAS][i]} for i in range(CAMERAS)]})
-        until(lambda: it.ask("POST", "/snapshots", json={"camera": "cam3"}), lambda said: said.status_code == 201)
+        it.ask(
+            "PUT",
+            "/rigs/hall",
+            json={
+                "title": "Hall",
+                "field": "ssl-div-b",
+                "cameras": [
+                    {"camera": f"cam{i}", "region": REGIONS[CAMERAS][i]} for i in range(CAMERAS)
+                ],
+            },
+        )
+        until(
+            lambda: it.ask("POST", "/snapshots", json={"camera": "cam3"}),
+            lambda said: said.status_code == 201,
+        )
         yield it
         server.terminate()
         server.wait(20)
@@ -219,11 +316,17 @@ def test_half_an_hour_of_everything_leaves_nothing_behind(traffic):
     for name in list(samples[0])[1:]:
         values = np.array([one[name] for one in warm])
         slope = np.polyfit(hours, values, 1)[0]
-        print(f"{name}: {values[0]:.0f} → {values[-1]:.0f}, at most {values.max():.0f}, {slope:+.1f} an hour")
+        print(
+            f"{name}: {values[0]:.0f} → {values[-1]:.0f}, at most {values.max():.0f}, {slope:+.1f} an hour"
+        )
     for beside, found in sorted(traffic.latencies.items()):
         ms = 1000 * np.array(found)
-        print(f"beside {beside}: {len(ms)} answers, median {np.median(ms):.0f} ms, p99 {np.percentile(ms, 99):.0f}")
+        print(
+            f"beside {beside}: {len(ms)} answers, median {np.median(ms):.0f} ms, p99 {np.percentile(ms, 99):.0f}"
+        )
     everything = 1000 * np.concatenate([np.array(found) for found in traffic.latencies.values()])
-    print(f"all: p99 {np.percentile(everything, 99):.0f} ms, worst {everything.max():.0f}; page errors: {errors}")
+    print(
+        f"all: p99 {np.percentile(everything, 99):.0f} ms, worst {everything.max():.0f}; page errors: {errors}"
+    )
     print({call: count for call, count in sorted(traffic.answers.items()) if call[1] >= 400})
     assert not [call for call in traffic.answers if call[1] >= 500] and not errors

@@ -41,11 +41,19 @@ def test_help_and_version_answer(touchline):
     assert touchline("--version")[1] == f"touchline {__version__}\n"
 
 
-def test_calibrate_says_the_verdict_in_millimetres_and_writes_the_whole_record(touchline, picture, tmp_path):
-    code, out, err = touchline("calibrate", picture, "--points", CLICKS, "-o", "cal.json", "--note", "first")
+def test_calibrate_says_the_verdict_in_millimetres_and_writes_the_whole_record(
+    touchline, picture, tmp_path
+):
+    code, out, err = touchline(
+        "calibrate", picture, "--points", CLICKS, "-o", "cal.json", "--note", "first"
+    )
     assert (code, err) == (0, "") and re.search(r"\d mm", out) and "Saved as cal.json" in out
     record = json.loads((tmp_path / "cal.json").read_text())
-    assert record["field"] == "ssl-2008" and record["note"] == "first" and record["image_size"] == [780, 580]
+    assert (
+        record["field"] == "ssl-2008"
+        and record["note"] == "first"
+        and record["image_size"] == [780, 580]
+    )
     assert record["software"] == f"touchline {__version__}" and len(record["image_sha256"]) == 64
     assert len(record["observations"]) == 4
 
@@ -58,11 +66,18 @@ def test_json_prints_the_whole_report(touchline, picture):
 def test_options_are_read_as_what_they_are(touchline, picture, tmp_path):
     options = ("--option", "degree=4", "--option", "robust=false")
     assert touchline("calibrate", picture, "--points", CLICKS, "-o", "cal.json", *options)[0] == 0
-    assert json.loads((tmp_path / "cal.json").read_text())["options"] == {"degree": 4, "robust": False}
+    assert json.loads((tmp_path / "cal.json").read_text())["options"] == {
+        "degree": 4,
+        "robust": False,
+    }
 
 
 def test_correct_writes_a_picture_of_the_corrected_size(touchline, picture, calibration, tmp_path):
-    assert touchline("correct", picture, "-c", calibration, "-o", "out.png", "--margin", 10) == (0, "", "")
+    assert touchline("correct", picture, "-c", calibration, "-o", "out.png", "--margin", 10) == (
+        0,
+        "",
+        "",
+    )
     height, width = cv2.imread(str(tmp_path / "out.png")).shape[:2]
     corrected = json.loads(calibration.read_text())["corrected_size"]
     assert [width, height] == [corrected[0] + 20, corrected[1] + 20]
@@ -79,15 +94,23 @@ def test_transform_takes_points_as_words_lines_or_json_and_says_the_same(touchli
 
 
 def test_transform_takes_negative_coordinates_and_comes_back(touchline, calibration):
-    code, out, _ = touchline("transform", "-c", calibration, "--from", "field", "--to", "image", "-10,-20.5", "--json")
+    code, out, _ = touchline(
+        "transform", "-c", calibration, "--from", "field", "--to", "image", "-10,-20.5", "--json"
+    )
     ((x, y),) = json.loads(out)["points"]
-    _, back, _ = touchline("transform", "-c", calibration, "--from", "image", "--to", "field", f"{x!r},{y!r}", "--json")
+    _, back, _ = touchline(
+        "transform", "-c", calibration, "--from", "image", "--to", "field", f"{x!r},{y!r}", "--json"
+    )
     assert code == 0 and np.allclose(json.loads(back)["points"], [[-10, -20.5]], atol=1e-6)
 
 
 POINTS_REFUSED = {
-    "not JSON": "[1", "NaN": '[{"feature": "left", "points": [[NaN, 1]]}]', "no observations": "{}", "no list": "3",
-    "an unknown entry": '{"observations": [], "feild": 1}', "no field": "[]",
+    "not JSON": "[1",
+    "NaN": '[{"feature": "left", "points": [[NaN, 1]]}]',
+    "no observations": "{}",
+    "no list": "3",
+    "an unknown entry": '{"observations": [], "feild": 1}',
+    "no field": "[]",
     "too deep": "[" * 100_000,
 }
 
@@ -106,13 +129,17 @@ def test_each_kind_of_trouble_has_its_exit_code(touchline, picture, calibration,
     cv2.imwrite(str(small), np.zeros((20, 20, 3), np.uint8))
     fit = ("--points", CLICKS, "-o", "c2.json")
     cases = [
-        (2, ("frobnicate",)), (2, ("calibrate",)), (2, ("serve", "--port", "99999")),
+        (2, ("frobnicate",)),
+        (2, ("calibrate",)),
+        (2, ("serve", "--port", "99999")),
         (2, ("calibrate", picture, *fit, "--option", "degree")),
         (2, ("transform", "-c", calibration, "--from", "image", "--to", "moon", "1,2")),
-        (3, ("calibrate", "text.png", *fit)), (3, ("calibrate", small, *fit)),
+        (3, ("calibrate", "text.png", *fit)),
+        (3, ("calibrate", small, *fit)),
         (3, ("calibrate", picture, *fit, "--field", "no-such")),
         (3, ("calibrate", picture, *fit, "--region", "no-such")),
-        (3, ("calibrate", picture, *fit, "--rotate", "45")), (3, ("calibrate", picture, *fit, "--model", "no-such")),
+        (3, ("calibrate", picture, *fit, "--rotate", "45")),
+        (3, ("calibrate", picture, *fit, "--model", "no-such")),
         (3, ("calibrate", picture, *fit, "--option", "degre=3")),
         (3, ("correct", small, "-c", calibration, "-o", "o.png")),
         (3, ("correct", picture, "-c", calibration, "-o", "o.xyz")),
@@ -120,7 +147,8 @@ def test_each_kind_of_trouble_has_its_exit_code(touchline, picture, calibration,
         (3, ("transform", "-c", calibration, "--from", "image", "--to", "field", "1;2")),
         (3, ("transform", "-c", calibration, "--from", "image", "--to", "field", "nan,2")),
         (3, ("transform", "-c", calibration, "--from", "image", "--to", "field", "1e308,2")),
-        (4, ("calibrate", "nowhere.png", *fit)), (4, ("correct", picture, "-c", "nowhere.json", "-o", "o.png")),
+        (4, ("calibrate", "nowhere.png", *fit)),
+        (4, ("correct", picture, "-c", "nowhere.json", "-o", "o.png")),
         (4, ("calibrate", picture, "--points", CLICKS, "-o", "no/such/folder/cal.json")),
         (4, ("serve", "--data", str(picture))),
     ]
@@ -134,7 +162,12 @@ def test_each_kind_of_trouble_has_its_exit_code(touchline, picture, calibration,
 
 def test_what_stood_there_stays_when_writing_fails(touchline, picture, calibration, tmp_path):
     before = calibration.read_bytes()
-    assert touchline("calibrate", picture, "--points", CLICKS, "-o", calibration, "--model", "no-such")[0] == 3
+    assert (
+        touchline(
+            "calibrate", picture, "--points", CLICKS, "-o", calibration, "--model", "no-such"
+        )[0]
+        == 3
+    )
     assert calibration.read_bytes() == before
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
@@ -150,14 +183,18 @@ def commands(tmp_path):
     return commands
 
 
-def test_the_manuals_way_from_a_picture_to_millimetres_does_what_it_says(touchline, commands, picture, tmp_path):
+def test_the_manuals_way_from_a_picture_to_millimetres_does_what_it_says(
+    touchline, commands, picture, tmp_path
+):
     """Its commands for that, without a shell."""
     out = ""
     for command in commands:
         given, _, words = command.strip().rpartition(" | ")
         verb = words.split()[1]
         if verb in ("correct", "transform") or (verb == "calibrate" and "\n" not in words):
-            code, out, err = touchline(*words.split()[1:], stdin=given.removeprefix("echo ").strip("'"))
+            code, out, err = touchline(
+                *words.split()[1:], stdin=given.removeprefix("echo ").strip("'")
+            )
             assert code == 0, (command, err)
     assert len(json.loads(out)["points"]) == 2
     assert (tmp_path / "corrected.png").stat().st_size > 1000
@@ -166,12 +203,24 @@ def test_the_manuals_way_from_a_picture_to_millimetres_does_what_it_says(touchli
 @pytest.mark.long
 def test_the_manuals_commands_do_what_they_say(commands, picture, tmp_path):
     shim = tmp_path / "touchline"
-    shim.write_text(f"#!/bin/sh\nexec '{sys.executable}' -c 'from touchline.cli import main; main()' \"$@\"\n")
+    shim.write_text(
+        f"#!/bin/sh\nexec '{sys.executable}' -c 'from touchline.cli import main; main()' \"$@\"\n"
+    )
     shim.chmod(0o755)
-    environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(PACKAGE.parent)}
+    environment = {
+        **os.environ,
+        "PATH": f"{tmp_path}:{os.environ['PATH']}",
+        "PYTHONPATH": str(PACKAGE.parent),
+    }
     for command in commands:
-        done = subprocess.run(f"set -e\n{command}", shell=True, cwd=tmp_path, env=environment, capture_output=True,
-                              text=True)
+        done = subprocess.run(
+            f"set -e\n{command}",
+            shell=True,
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
         assert done.returncode == 0, (command, done.stderr)
     assert json.loads(done.stdout)["points"]
     assert (tmp_path / "corrected.png").stat().st_size > 1000
@@ -181,15 +230,26 @@ def test_the_manuals_commands_do_what_they_say(commands, picture, tmp_path):
 def test_the_rest_manuals_examples_do_what_they_say(picture, tmp_path):
     clicks = re.search(r"```json file=clicks.json\n(.*?)```", MANUAL.read_text(), re.DOTALL)[1]
     (tmp_path / "clicks.json").write_text(clicks)
-    examples = re.findall(r"```python run\n(.*?)```", (MANUAL.parent / "api.md").read_text(), re.DOTALL)
+    examples = re.findall(
+        r"```python run\n(.*?)```", (MANUAL.parent / "api.md").read_text(), re.DOTALL
+    )
     assert len(examples) >= 3
-    server = subprocess.Popen([*TOUCHLINE, "serve", "--port", "0", "--data", str(tmp_path / "data")],
-                              cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        [*TOUCHLINE, "serve", "--port", "0", "--data", str(tmp_path / "data")],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     try:
         url = server.stdout.readline().split()[-1]
         script = "\n".join(examples).replace("http://127.0.0.1:8000/", url)
-        done = subprocess.run([sys.executable, "-c", script + "\nprint(np.isfinite(field_mm).mean())"], cwd=tmp_path,
-                              capture_output=True, text=True, timeout=120)
+        done = subprocess.run(
+            [sys.executable, "-c", script + "\nprint(np.isfinite(field_mm).mean())"],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
         assert done.returncode == 0, done.stderr
         sentence, points, reached = done.stdout.strip().split("\n")
         assert "mm" in sentence and len(json.loads(points)) == 2 and float(reached) > 0.9
@@ -208,7 +268,9 @@ def test_the_rest_manual_names_every_call(tmp_path):
         paths = app.openapi()["paths"]
     text = (MANUAL.parent / "api.md").read_text()
     for path in paths:
-        name = path.removeprefix("/api/v1").replace("{format}", "json" if "export" in path else "png")
+        name = path.removeprefix("/api/v1").replace(
+            "{format}", "json" if "export" in path else "png"
+        )
         assert f"{name}`" in text or f"{name}?" in text, f"{path} is missing in api.md"
 
 
@@ -216,14 +278,24 @@ def test_a_server_that_cannot_start_never_says_that_it_runs(tmp_path):
     """Its data folder is another server's: it notices after the port is open."""
     data = tmp_path / "data"
     with served(data):
-        second = subprocess.run([*TOUCHLINE, "serve", "--port", "0", "--data", str(data)], cwd=ROOT,
-                                capture_output=True, text=True, timeout=LONG_S)
+        second = subprocess.run(
+            [*TOUCHLINE, "serve", "--port", "0", "--data", str(data)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=LONG_S,
+        )
     assert second.returncode == 4 and second.stdout == "" and "fix: " in second.stderr
 
 
 def test_the_log_of_requests_has_no_token_of_a_mistyped_address(tmp_path):
-    server = subprocess.Popen([*TOUCHLINE, "serve", "-v", "--port", "0", "--data", str(tmp_path / "data")],
-                              cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    server = subprocess.Popen(
+        [*TOUCHLINE, "serve", "-v", "--port", "0", "--data", str(tmp_path / "data")],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     try:
         url = next(line.split()[-1] for line in server.stdout if "is running at" in line)
         urlopen(f"{url}api/v1/health?n=1&token=s3cret", timeout=60).close()
@@ -234,12 +306,23 @@ def test_the_log_of_requests_has_no_token_of_a_mistyped_address(tmp_path):
     finally:
         server.kill()
         server.wait()
-    assert "s3cret" not in told and "/api/v1/health?n=1&token=… HTTP" in told and "/viser/none?token=…" in told
+    assert (
+        "s3cret" not in told
+        and "/api/v1/health?n=1&token=… HTTP" in told
+        and "/viser/none?token=…" in told
+    )
 
 
-def test_serve_says_its_address_and_sigterm_ends_it_though_a_request_is_half_sent(touchline, tmp_path):
-    server = subprocess.Popen([*TOUCHLINE, "serve", "--port", "0", "--data", str(tmp_path / "data")],
-                              cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def test_serve_says_its_address_and_sigterm_ends_it_though_a_request_is_half_sent(
+    touchline, tmp_path
+):
+    server = subprocess.Popen(
+        [*TOUCHLINE, "serve", "--port", "0", "--data", str(tmp_path / "data")],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     try:
         url = server.stdout.readline().split()[-1]
         assert json.load(urlopen(url + "api/v1/health", timeout=60))["status"] == "ok"
@@ -247,8 +330,10 @@ def test_serve_says_its_address_and_sigterm_ends_it_though_a_request_is_half_sen
         code, _, err = touchline("serve", "--port", port, "--data", tmp_path / "d2")
         assert code == 4 and "fix: Choose another port with --port" in err
         half_sent = socket.create_connection(("127.0.0.1", int(port)))
-        half_sent.sendall(b"POST /api/v1/fit/border HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
-                          b"Content-Length: 1000\r\n\r\n{")
+        half_sent.sendall(
+            b"POST /api/v1/fit/border HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
+            b"Content-Length: 1000\r\n\r\n{"
+        )
         urlopen(url + "api/v1/health", timeout=60).close()  # by now what came before was read
         server.send_signal(signal.SIGTERM)
         _, told = server.communicate(timeout=60)

@@ -26,18 +26,23 @@ def ask(touchline, tmp_path):
         assert code != REFUSED or "\nfix: " in err, err
         assert "None" not in out and "nan" not in out.lower().replace("nan,nan", ""), out
         return code, out
+
     return run
 
 
 @pytest.fixture
 def calibrate(ask, tmp_path):
     """Calibrate from a set of points; the exit code and what is said."""
+
     def run(view, name, model, *words):
         (tmp_path / "points.json").write_text(json.dumps(view.body(SETS[name](view), model)))
         (tmp_path / "cal.json").unlink(missing_ok=True)
-        code, out = ask("calibrate", "field.png", "--points", "points.json", "-o", "cal.json", *words)
+        code, out = ask(
+            "calibrate", "field.png", "--points", "points.json", "-o", "cal.json", *words
+        )
         assert (tmp_path / "cal.json").exists() == (code == DONE)
         return code, out
+
     return run
 
 
@@ -54,10 +59,14 @@ def test_corners_alone_are_calibrated_and_what_they_cannot_tell_is_told_as_unkno
 def test_a_report_tells_what_is_unknown_in_words_and_on_its_page(calibrate, ask, tmp_path):
     calibrate(View("half", 90), "four corners", "homography")
     _, out = ask("report", "cal.json", "--out", "report.html", codes=(DONE, POOR))
-    for needs in ("Expected error, robot tops: unknown. It needs a physical lens model.",
-                  "Distortion after: unknown. It needs four points along one border."):
+    for needs in (
+        "Expected error, robot tops: unknown. It needs a physical lens model.",
+        "Distortion after: unknown. It needs four points along one border.",
+    ):
         assert needs in out
-    assert "unknown, it needs four points along one border" in (tmp_path / "report.html").read_text()
+    assert (
+        "unknown, it needs four points along one border" in (tmp_path / "report.html").read_text()
+    )
 
 
 @pytest.mark.long
@@ -79,7 +88,19 @@ def read_by_every_command(ask) -> None:
     for z_mm in (0, 150):
         for there, back in (("image", "field"), ("corrected", "image"), ("field", "corrected")):
             for source, target in ((there, back), (back, there)):
-                ask("transform", "-c", "cal.json", "--from", source, "--to", target, "--z", z_mm, "390,290", "-5,7")
+                ask(
+                    "transform",
+                    "-c",
+                    "cal.json",
+                    "--from",
+                    source,
+                    "--to",
+                    target,
+                    "--z",
+                    z_mm,
+                    "390,290",
+                    "-5,7",
+                )
     ask("correct", "field.png", "-c", "cal.json", "-o", "corrected.png", "--width", 320)
     ask("export", "cal.json", codes=(DONE,))
     for format in FORMATS:

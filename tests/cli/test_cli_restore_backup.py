@@ -6,13 +6,17 @@ from tests.support.store_opener import damaged_folder
 from touchline.store.store import Store
 
 
-def test_the_newest_backup_without_damage_is_restored_and_what_it_lacks_is_named(touchline, tmp_path):
+def test_the_newest_backup_without_damage_is_restored_and_what_it_lacks_is_named(
+    touchline, tmp_path
+):
     kept = damaged_folder(tmp_path / "data")
     code, out, said = touchline("restore-backup", "--data", "data")
     assert (code, out) == (0, "") and "newer changes can only be found in replaced/" in said
     with Store(tmp_path / "data") as store:
         assert [one.note for one in store.calibrations.list().items] == ["kept"]
-        assert store.calibrations.get(kept.id) == kept and not any(damage.restorable for damage in store.damaged)
+        assert store.calibrations.get(kept.id) == kept and not any(
+            damage.restorable for damage in store.damaged
+        )
     (before,) = (tmp_path / "data" / "replaced").glob("*/touchline.db")
     assert before.stat().st_size > 10_000
 
@@ -25,7 +29,10 @@ def test_without_a_good_backup_or_a_folder_or_beside_a_server_it_is_refused(touc
     shutil.rmtree(tmp_path / "data" / "backups")
     code, _, said = touchline("restore-backup", "--data", "data")
     assert code == 4 and "no backup in which all data is intact" in said and "fix: " in said
-    assert touchline("restore-backup", "--data", "nowhere")[0] == 4 and not (tmp_path / "nowhere").exists()
+    assert (
+        touchline("restore-backup", "--data", "nowhere")[0] == 4
+        and not (tmp_path / "nowhere").exists()
+    )
 
 
 def test_on_postgresql_it_names_the_backups_that_there_are(touchline, tmp_path, postgres):

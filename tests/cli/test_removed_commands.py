@@ -52,15 +52,23 @@ def test_its_calls_answer_what_the_command_answered(touchline, desk, name, monke
     answer = json.loads(out)
     told = figures_of(former, answer if former.within is None else answer[former.within])
     for place, value in json.loads(FIGURES.read_text())[name].items():
-        assert told[place] == (value if isinstance(value, str) else pytest.approx(value, rel=2e-3, abs=1e-6)), place
+        assert told[place] == (
+            value if isinstance(value, str) else pytest.approx(value, rel=2e-3, abs=1e-6)
+        ), place
 
 
 def test_the_scene_is_the_same_page(touchline, tmp_path):
     (tmp_path / "cal.json").write_bytes(interchange.export(example("division", 0), "json").data)
-    code, out, err = touchline("call", "--temporary", "--calls", "-", stdin="""
+    code, out, err = touchline(
+        "call",
+        "--temporary",
+        "--calls",
+        "-",
+        stdin="""
         made = POST /calibrations/import file=@cal.json
         GET /calibrations/${made.id}/scene.html > scene.html
-    """)
+    """,
+    )
     assert (code, out, err) == (0, "", "")
     page = (tmp_path / "scene.html").read_text()
     assert "__VISER_EMBED_DATA__" in page and ", version 1</title>" in page
@@ -71,19 +79,30 @@ def test_a_server_publishes_and_hears_what_the_commands_sent_and_heard(touchline
     (tmp_path / "cal.json").write_bytes(interchange.export(made, "json").data)
     with served(tmp_path / "data") as url, closing(Listener(**way)) as ear:
         at = ("--server", url)
-        code, _, err = touchline("call", *at, "--calls", "-", stdin=f"""
+        code, _, err = touchline(
+            "call",
+            *at,
+            "--calls",
+            "-",
+            stdin=f"""
             camera = POST /cameras id=north source=sim://table
             made = POST /calibrations/import file=@cal.json camera=north
             active = POST /calibrations/${{made.id}}/activate
             PUT /publishing {json.dumps({"enabled": True, "absorb": True, "numbers": {"north": 4}, **way})}
-        """)
+        """,
+        )
         assert code == 0, err
         came = ear.receive()
-        assert came.data == geometry_packet(published_cameras([made], PublishingConfig(numbers={"north": 4})))
-        others = geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig(numbers={"north": 2})))
+        assert came.data == geometry_packet(
+            published_cameras([made], PublishingConfig(numbers={"north": 4}))
+        )
+        others = geometry_packet(
+            published_cameras([example("ssl", 1)], PublishingConfig(numbers={"north": 2}))
+        )
 
         def heard():
             said(others, **way)
             return json.loads(touchline("call", *at, "GET", "/publishing/heard")[1])["items"]
+
         (sender,) = until(heard)
         assert [camera["camera_id"] for camera in sender["cameras"]] == [2]

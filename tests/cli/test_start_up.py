@@ -12,14 +12,18 @@ from touchline import capabilities
 from touchline.core.registry import load
 
 # Runs the command line with the words given, and prints which packages were imported.
-PROBE = ("import atexit, json, sys\n"
-         "atexit.register(lambda: print('\\n' + json.dumps(sorted(sys.modules))))\n"
-         "from touchline.cli import main\n"
-         "main()\n")
+PROBE = (
+    "import atexit, json, sys\n"
+    "atexit.register(lambda: print('\\n' + json.dumps(sorted(sys.modules))))\n"
+    "from touchline.cli import main\n"
+    "main()\n"
+)
 
 
 def imported_by(*words):
-    done = subprocess.run([sys.executable, "-c", PROBE, *words], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, *words], cwd=ROOT, capture_output=True, text=True, timeout=300
+    )
     return set(json.loads(done.stdout.splitlines()[-1]))
 
 
@@ -38,11 +42,21 @@ def test_a_command_for_files_imports_no_server_and_no_other_command():
 
 def test_a_process_that_only_computes_imports_no_database():
     """Each camera and each job has one: it starts with them, and keeps what it has imported."""
-    modules = ("touchline.live.worker_main", "touchline.images.decoder_worker", "touchline.jobs.worker_main",
-               *(target.partition(":")[0] for target in capabilities.jobs().values()))
+    modules = (
+        "touchline.live.worker_main",
+        "touchline.images.decoder_worker",
+        "touchline.jobs.worker_main",
+        *(target.partition(":")[0] for target in capabilities.jobs().values()),
+    )
     code = f"import sys\nfrom importlib import import_module\nfor m in {modules}: import_module(m)\nprint(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True,
-                            timeout=300).stdout.split()
+    loaded = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    ).stdout.split()
     assert "numpy" in loaded and not {"sqlalchemy", "alembic", "fastapi", "uvicorn"} & set(loaded)
 
 

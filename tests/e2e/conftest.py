@@ -41,12 +41,20 @@ def browser_type_launch_args(browser_type_launch_args, browser_type):
     path = chromium_path()
     if path is None and not Path(browser_type.executable_path).exists():
         pytest.fail(FIX, pytrace=False)
-    return {**browser_type_launch_args, "args": ARGUMENTS, **({"executable_path": path} if path else {})}
+    return {
+        **browser_type_launch_args,
+        "args": ARGUMENTS,
+        **({"executable_path": path} if path else {}),
+    }
 
 
 @pytest.fixture(scope="session")
 def browser_context_args(browser_context_args):
-    return {**browser_context_args, "viewport": {"width": 1280, "height": 800}, "color_scheme": "dark"}
+    return {
+        **browser_context_args,
+        "viewport": {"width": 1280, "height": 800},
+        "color_scheme": "dark",
+    }
 
 
 @pytest.fixture(scope="session")
@@ -80,24 +88,41 @@ class Server:
 
     def program(self) -> list[str]:
         late_ms = os.environ.get("TOUCHLINE_LATE_MS")  # see late_answers.py
-        return ([sys.executable, str(ROOT / "tests" / "support" / "late_answers.py"), late_ms] if late_ms else
-                [str(Path(sys.executable).parent / "touchline")])
+        return (
+            [sys.executable, str(ROOT / "tests" / "support" / "late_answers.py"), late_ms]
+            if late_ms
+            else [str(Path(sys.executable).parent / "touchline")]
+        )
 
     def start(self) -> None:
         settings = self.data / "e2e.yaml"
         settings.write_text(json.dumps(self.settings))  # JSON is YAML
-        command = [*self.program(), "serve", "--config", str(settings), "--port", str(self.port),
-                   "--data", str(self.data)]
-        self.process = subprocess.Popen(command, cwd=self.data, stdout=subprocess.PIPE,
-                                        stderr=subprocess.STDOUT, text=True)
+        command = [
+            *self.program(),
+            "serve",
+            "--config",
+            str(settings),
+            "--port",
+            str(self.port),
+            "--data",
+            str(self.data),
+        ]
+        self.process = subprocess.Popen(
+            command, cwd=self.data, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
         lines: queue.Queue[str] = queue.Queue()
-        threading.Thread(target=lambda: [lines.put(line) for line in self.process.stdout], daemon=True).start()
+        threading.Thread(
+            target=lambda: [lines.put(line) for line in self.process.stdout], daemon=True
+        ).start()
         said = ""
         while not (found := re.search(r"http://127\.0\.0\.1:(\d+)", said)):
             try:
                 said += lines.get(timeout=START_S)
             except queue.Empty:
-                pytest.fail(f"touchline serve did not start within {START_S} s; it said:\n{said}", pytrace=False)
+                pytest.fail(
+                    f"touchline serve did not start within {START_S} s; it said:\n{said}",
+                    pytrace=False,
+                )
         self.port = int(found[1])
         self.url = found[0]
 
@@ -130,7 +155,9 @@ def own_server(tmp_path):
 
 def press_activate(page, button) -> None:
     """Press what activates a version, and confirm what the page asks, where it asks."""
-    with page.expect_response(lambda answer: answer.url.endswith("/activate"), timeout=LONG_MS) as answer:
+    with page.expect_response(
+        lambda answer: answer.url.endswith("/activate"), timeout=LONG_MS
+    ) as answer:
         button.click()
     if answer.value.status == 409:
         page.get_by_test_id("activate-anyway").click()
@@ -149,7 +176,9 @@ class Operator:
     def prefer(self, what: str, state: str) -> None:
         """Whether clicks are drawn to lines ("snap"), and lines detected ("detect"): "on" or "off", from now on."""
         keep = f"localStorage.setItem('touchline.{what}', '{state}')"
-        self.page.add_init_script(f"try {{ {keep} }} catch {{ /* a picture of its own has none */ }}")
+        self.page.add_init_script(
+            f"try {{ {keep} }} catch {{ /* a picture of its own has none */ }}"
+        )
 
     def visit(self, snap: bool = False, detect: bool = False, modules: bool = False) -> "Operator":
         """The start page. snap: whether clicks are drawn to lines; detect: whether lines are detected unasked.
@@ -188,7 +217,9 @@ class Operator:
         self.is_at(step)
         # not the picture that was there before, at the same step
         source = re.compile(rf"/snapshots/{snapshot}/")
-        expect(self.page.get_by_test_id("picture")).to_have_attribute("src", source, timeout=LONG_MS)
+        expect(self.page.get_by_test_id("picture")).to_have_attribute(
+            "src", source, timeout=LONG_MS
+        )
         self.wait_for_picture()
         return self
 
@@ -203,7 +234,10 @@ class Operator:
 
     def activate(self, warned: bool) -> None:
         """Activate the version at the last step. warned: whether the page must warn of it first."""
-        primary, anyway = self.page.get_by_test_id("next"), self.page.get_by_test_id("activate-anyway")
+        primary, anyway = (
+            self.page.get_by_test_id("next"),
+            self.page.get_by_test_id("activate-anyway"),
+        )
         key = "verify.activate-version-anyway" if warned else "common.activate-version"
         label = re.compile("^" + like(key).pattern.replace(".*?", r"\d+") + "$")
         expect(primary).to_have_text(label, timeout=LONG_MS)
@@ -273,11 +307,15 @@ class Operator:
         A click or a key is "unsaved" before it returns; what the page does later by itself (a point that snaps, another
         operator's change, a finger's touch) must be seen before this is asked.
         """
-        expect(self.page.get_by_test_id("saved")).to_have_attribute("data-state", "saved", timeout=LONG_MS)
+        expect(self.page.get_by_test_id("saved")).to_have_attribute(
+            "data-state", "saved", timeout=LONG_MS
+        )
         return self.server.api("GET", f"/drafts/{self.snapshot}").json()
 
     def points(self, feature: str) -> list[list[float]]:
-        return next((o["points"] for o in self.draft()["observations"] if o["feature"] == feature), [])
+        return next(
+            (o["points"] for o in self.draft()["observations"] if o["feature"] == feature), []
+        )
 
     def saved(self) -> dict:
         """The newest calibration of this picture, as REST tells it."""
@@ -323,8 +361,12 @@ def straight_picture(tmp_path):
 def frame_points():
     """Six clicks on each side of that frame."""
     along_x, along_y = [100, 190, 280, 370, 460, 550], [70, 140, 210, 280, 350, 410]
-    return {"left": [[80, y] for y in along_y], "right": [[560, y] for y in along_y],
-            "top": [[x, 60] for x in along_x], "bottom": [[x, 420] for x in along_x]}
+    return {
+        "left": [[80, y] for y in along_y],
+        "right": [[560, y] for y in along_y],
+        "top": [[x, 60] for x in along_x],
+        "bottom": [[x, 420] for x in along_x],
+    }
 
 
 @pytest.fixture(scope="session")
@@ -335,16 +377,27 @@ def border_draft(server):
     camera = source_from_url(settings["source"], SourceContext(fields={field.name: field})).camera
     region = field.region(settings["region"])
 
-    def border_draft(model: str, noise_px: float = 0.3, painted: str | None = None, **options) -> tuple[str, dict]:
+    def border_draft(
+        model: str, noise_px: float = 0.3, painted: str | None = None, **options
+    ) -> tuple[str, dict]:
         points = border_clicks(camera, region, 9, noise_px)
         if painted is not None:
             points[painted] = points.pop("bottom")
-        taken = until(lambda: server.api("POST", "/snapshots", json={"camera": settings["id"]}),
-                      # until then the camera's process is starting
-                      lambda answer: answer.status_code != 503)
+        taken = until(
+            lambda: server.api("POST", "/snapshots", json={"camera": settings["id"]}),
+            # until then the camera's process is starting
+            lambda answer: answer.status_code != 503,
+        )
         return taken.json()["id"], {
-            "field": field.name, "region": region.name, "model": model, "options": options, "observations": [
-                {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}
+            "field": field.name,
+            "region": region.name,
+            "model": model,
+            "options": options,
+            "observations": [
+                {"feature": name, "kind": "line", "points": found[1:-1].tolist()}
+                for name, found in points.items()
+            ],
+        }
 
     return border_draft
 
@@ -356,6 +409,7 @@ def clicked(arriving, border_draft):
     change: of the draft, before the page sees it. painted: the name of the line under which the bottom border is
     clicked, where it is not as a border.
     """
+
     def clicked(model: str, change=lambda draft: None, **how) -> Operator:
         snapshot, draft = border_draft(model, **how)
         change(draft)
@@ -386,6 +440,7 @@ def saved(arriving, border_draft, versions, server):
 
     Every test of a worker that asks for the same gets the same version: none may change it.
     """
+
     def saved(model: str, **options) -> Operator:
         key = model, json.dumps(options)
         if key not in versions:

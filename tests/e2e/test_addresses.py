@@ -11,22 +11,42 @@ from tests.support.words import like, t
 
 # What is to be seen at each address; {}: a picture. tests/page/addresses.test.mjs has all former ones.
 ADDRESSES = {
-    "#/cameras": "camera-overhead", "#/cameras/new": "camera-form", "#/cameras/overhead/live": "live-desk",
-    "#/cameras/overhead/calibrate": "camera-images-page", "#/cameras/overhead/drift": "drift-page",
-    "#/cameras/overhead/detection": "seeing-page", "#/cameras/overhead/settings": "tab-camera-form",
+    "#/cameras": "camera-overhead",
+    "#/cameras/new": "camera-form",
+    "#/cameras/overhead/live": "live-desk",
+    "#/cameras/overhead/calibrate": "camera-images-page",
+    "#/cameras/overhead/drift": "drift-page",
+    "#/cameras/overhead/detection": "seeing-page",
+    "#/cameras/overhead/settings": "tab-camera-form",
     "#/cameras/overhead/versions": "versions-page",
-    "#/field": "field-page", "#/field/new": "new-rig-page", "#/field/rigs/above": "rig-page",
-    "#/field/scene": "scene-page", "#/field/scene/rig/above": "scene-page",
-    "#/lenses": "lenses-page", "#/lenses/board": "board-desk", "#/lenses/board/overhead": "capture-page",
-    "#/lenses/edges": "straight-desk", "#/lenses/ball/overhead": "rolls-page",
-    "#/library/images": "images-page", "#/library/versions": "versions-page", "#/library/import": "import-page",
-    "#/system/publishing": "publishing-page", "#/system/jobs": "jobs-page", "#/system/server": "settings-page",
-    "#/calibrate/{}/field": "step-field", "#/calibrate/{}/points": "step-points",
+    "#/field": "field-page",
+    "#/field/new": "new-rig-page",
+    "#/field/rigs/above": "rig-page",
+    "#/field/scene": "scene-page",
+    "#/field/scene/rig/above": "scene-page",
+    "#/lenses": "lenses-page",
+    "#/lenses/board": "board-desk",
+    "#/lenses/board/overhead": "capture-page",
+    "#/lenses/edges": "straight-desk",
+    "#/lenses/ball/overhead": "rolls-page",
+    "#/library/images": "images-page",
+    "#/library/versions": "versions-page",
+    "#/library/import": "import-page",
+    "#/system/publishing": "publishing-page",
+    "#/system/jobs": "jobs-page",
+    "#/system/server": "settings-page",
+    "#/calibrate/{}/field": "step-field",
+    "#/calibrate/{}/points": "step-points",
     "#/calibrate/{}/verify": "step-verify",
 }
-FORMER = {"#/": "#/cameras", "#/scene/rig/above": "#/field/scene/rig/above", "#/pair": "#/field",
-          "#/capture/overhead": "#/lenses/board/overhead", "#/jobs": "#/system/jobs",
-          "#/{}/activate": "#/calibrate/{}/verify"}
+FORMER = {
+    "#/": "#/cameras",
+    "#/scene/rig/above": "#/field/scene/rig/above",
+    "#/pair": "#/field",
+    "#/capture/overhead": "#/lenses/board/overhead",
+    "#/jobs": "#/system/jobs",
+    "#/{}/activate": "#/calibrate/{}/verify",
+}
 
 
 @pytest.fixture(scope="module")
@@ -34,11 +54,15 @@ def kept(server):
     """The id of a picture; beside it there is a rig called above."""
     rig = {"title": "", "field": "ssl-div-b", "cameras": [{"camera": "overhead", "region": "half"}]}
     assert server.api("PUT", "/rigs/above", json=rig).ok
-    yield until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok).json()["id"]
+    yield until(
+        lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok
+    ).json()["id"]
     server.api("DELETE", "/rigs/above")
 
 
-def test_former_addresses_lead_to_the_present_ones_and_a_reload_or_the_way_back_shows_the_same(operator, kept):
+def test_former_addresses_lead_to_the_present_ones_and_a_reload_or_the_way_back_shows_the_same(
+    operator, kept
+):
     page, url = operator.page, operator.server.url
 
     def is_at(address: str) -> None:

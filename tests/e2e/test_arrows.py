@@ -45,7 +45,9 @@ def show(page):
 
 def says(page, times):
     """All of it: "×1" is not "×10"."""
-    expect(page.get_by_test_id("arrow-legend").locator("h2")).to_have_text(t("compare.arrows.heading", factor=times))
+    expect(page.get_by_test_id("arrow-legend").locator("h2")).to_have_text(
+        t("compare.arrows.heading", factor=times)
+    )
 
 
 def factor(page) -> int:
@@ -56,7 +58,9 @@ def factor(page) -> int:
 def previewed(operator) -> list[dict]:
     draft = operator.draft()
     body = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
-    report = operator.server.api("POST", "/fit/preview", json={**body, "snapshot": operator.snapshot}).json()["report"]
+    report = operator.server.api(
+        "POST", "/fit/preview", json={**body, "snapshot": operator.snapshot}
+    ).json()["report"]
     return [{**r, "feature": f["feature"]} for f in report["per_feature"] for r in f["residuals"]]
 
 
@@ -96,7 +100,13 @@ def test_arrows_end_where_the_server_says_and_the_stray_is_in_the_warnings_colou
         is_drawn(operator, arrow, times, lambda seen: seen["light"] > 3 and seen["warm"] == 0)
     expect(page.get_by_test_id("arrow-figures")).to_contain_text(f"{fine[0]['px']:.2f} px")
     expect(page.get_by_test_id("arrow-figures")).to_contain_text(
-        t("compare.arrows.strays", count=1, strays=t("common.strays", count=1), px=f"{stray['px']:.1f}"))
+        t(
+            "compare.arrows.strays",
+            count=1,
+            strays=t("common.strays", count=1),
+            px=f"{stray['px']:.1f}",
+        )
+    )
     is_drawn(operator, stray, 1, lambda seen: seen["warm"] > 3)
 
     page.keyboard.press("v")
@@ -140,7 +150,10 @@ def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_p
     page.screenshot(path=tmp_path / "wipe.png")
     saved = operator.saved()["id"]
     times = factor(page)
-    for key, frame, image, margin in (("r", "raw", "picture", 0), ("c", "corrected", "corrected", 40)):
+    for key, frame, image, margin in (
+        ("r", "raw", "picture", 0),
+        ("c", "corrected", "corrected", 40),
+    ):
         page.keyboard.press(key)
         name = "image" if frame == "raw" else "corrected"
         expect(page.get_by_test_id(f"arrows-{name}")).to_be_visible()
@@ -150,8 +163,11 @@ def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_p
         stage = page.get_by_test_id("stage").bounding_box()
         fine = sorted((a for a in told if not a["outlier"]), key=lambda a: -a["px"])
         ends = [tip(operator, a, times, image) for a in fine]
-        shown = [a for a, (x, y) in zip(fine, ends, strict=True) if 5 < x < stage["width"] - 5
-                 and 5 < y < stage["height"] - 5]
+        shown = [
+            a
+            for a, (x, y) in zip(fine, ends, strict=True)
+            if 5 < x < stage["width"] - 5 and 5 < y < stage["height"] - 5
+        ]
         assert len(shown) > 4
         for arrow in shown[:4]:
             is_drawn(operator, arrow, times, lambda seen: seen["light"] > 3, image, name)
@@ -169,16 +185,36 @@ def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server
     for name in ("left", "right", "top", "bottom"):
         clicks = camera.raw_from_field(region.border(name).sample(520)[10:-10])
         clicks += rng.normal(0, 0.4, clicks.shape)
-        observations.append({"feature": name, "kind": "line", "points": clicks[camera.sees(clicks)].tolist()})
+        observations.append(
+            {"feature": name, "kind": "line", "points": clicks[camera.sees(clicks)].tolist()}
+        )
     snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
-    saved = server.api("POST", "/calibrations", json={"field": field.name, "region": region.name, "snapshot": snapshot,
-                                                     "model": "homography", "observations": observations})
+    saved = server.api(
+        "POST",
+        "/calibrations",
+        json={
+            "field": field.name,
+            "region": region.name,
+            "snapshot": snapshot,
+            "model": "homography",
+            "observations": observations,
+        },
+    )
     assert saved.status_code == 201, saved.text
     told = server.api("GET", f"/calibrations/{saved.json()['id']}/residuals.json").json()["arrows"]
     assert len(told) > 1900
     # The clicks themselves are no longer in the draft: what is drawn comes from the version alone.
-    operator.go_on(snapshot, {"field": field.name, "region": region.name, "model": "homography", "options": {},
-                              "observations": []}, "verify")
+    operator.go_on(
+        snapshot,
+        {
+            "field": field.name,
+            "region": region.name,
+            "model": "homography",
+            "options": {},
+            "observations": [],
+        },
+        "verify",
+    )
     page = operator.page
     page.keyboard.press("r")
     show(page)
@@ -186,8 +222,11 @@ def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server
         page.keyboard.press(key)
     times = factor(page)
     stage = page.get_by_test_id("stage").bounding_box()
-    on_stage = [p for p in (tip(operator, a, times) for a in told if not a["outlier"])
-                if 10 < p[0] < stage["width"] - 10 and 10 < p[1] < stage["height"] - 10]
+    on_stage = [
+        p
+        for p in (tip(operator, a, times) for a in told if not a["outlier"])
+        if 10 < p[0] < stage["width"] - 10 and 10 < p[1] < stage["height"] - 10
+    ]
     assert on_stage
     for end in on_stage[::20]:
         until(lambda end=end: drawn(operator, end), lambda seen: seen["any"] > 3)

@@ -51,8 +51,9 @@ def uploaded(desk):
     return desk.get_by_test_id("view").filter(has_text=t("lens-pictures.state.uploaded"))
 
 
-def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operator, server, board_pictures, grey,
-                                                                 straight_picture, tmp_path):
+def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(
+    desk, operator, server, board_pictures, grey, straight_picture, tmp_path
+):
     desk.get_by_test_id("board-square_mm").fill("30")
     desk.get_by_test_id("board-note").fill("the classic lens")
     desk.screenshot(path=tmp_path / "empty.png")
@@ -70,14 +71,18 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     expect(desk.get_by_test_id("view").last).to_contain_text(t("board.view.no-board"))
     used = [view for view in report["views"] if view["used"]]
     expect(desk.locator("[data-testid=view][data-level=good]")).to_have_count(len(used))
-    expect(desk.get_by_test_id("view").first).to_contain_text(f"{report['views'][0]['rms_px']:.2f} px")
+    expect(desk.get_by_test_id("view").first).to_contain_text(
+        f"{report['views'][0]['rms_px']:.2f} px"
+    )
     desk.screenshot(path=tmp_path / "found.png")
 
     desk.emulate_media(color_scheme="light")
     desk.set_viewport_size({"width": 1024, "height": 768})
     desk.screenshot(path=tmp_path / "found-light.png")
-    overflowing = desk.evaluate("[...document.querySelectorAll('aside, .stage, footer')]"
-                                ".filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)")
+    overflowing = desk.evaluate(
+        "[...document.querySelectorAll('aside, .stage, footer')]"
+        ".filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)"
+    )
     assert overflowing == []
 
     desk.reload()
@@ -90,7 +95,10 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     desk.get_by_test_id("file").set_input_files(straight_picture)
     expect(desk.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
     draft = operator.draft()
-    assert (draft["model"], draft["options"]) == ("brown-conrady", {"lens": lens["id"], "lens_sigma": "own"})
+    assert (draft["model"], draft["options"]) == (
+        "brown-conrady",
+        {"lens": lens["id"], "lens_sigma": "own"},
+    )
     desk.get_by_test_id("step-camera").click()
     expect(desk.get_by_test_id("held-next")).to_have_count(0)
 
@@ -115,7 +123,9 @@ def test_pictures_without_a_board_are_refused_with_what_to_do(desk, grey, tmp_pa
     expect(desk.locator("[data-testid=view][data-level=poor]")).to_have_count(1, timeout=LONG_MS)
     expect(uploaded(desk)).to_have_count(1, timeout=LONG_MS)
     desk.get_by_test_id("next").click()
-    expect(desk.get_by_test_id("board-refusal")).to_contain_text("Count the inner corners again", timeout=LONG_MS)
+    expect(desk.get_by_test_id("board-refusal")).to_contain_text(
+        "Count the inner corners again", timeout=LONG_MS
+    )
     desk.screenshot(path=tmp_path / "refused.png")
     expect(desk.get_by_test_id("board-marker_mm")).to_have_count(0)
     # the form asks for what such a board has more
@@ -137,7 +147,9 @@ def test_a_place_that_is_gone_to_while_lists_are_on_their_way_has_its_address_at
 
 
 @pytest.mark.long
-def test_pictures_of_a_board_are_not_among_the_earlier_pictures_of_a_field(desk, server, straight_picture):
+def test_pictures_of_a_board_are_not_among_the_earlier_pictures_of_a_field(
+    desk, server, straight_picture
+):
     before = server.api("GET", "/snapshots?purpose=picture").json()["items"]
     desk.get_by_test_id("file").set_input_files(straight_picture)
     expect(uploaded(desk)).to_have_count(1, timeout=LONG_MS)

@@ -66,8 +66,10 @@ def test_a_camera_is_calibrated_and_watched(driven, own_server):
 
     browser.resize(*SIZE)
     browser.visit(server.url)
-    browser.script("localStorage.setItem('touchline.snap', 'off');"
-                   "localStorage.setItem('touchline.correction', 'browser');")
+    browser.script(
+        "localStorage.setItem('touchline.snap', 'off');"
+        "localStorage.setItem('touchline.correction', 'browser');"
+    )
     # the same page in another place: it has to be loaded again
     browser.visit(f"{server.url}/#/system/server")
     browser.reload()
@@ -85,7 +87,10 @@ def test_a_camera_is_calibrated_and_watched(driven, own_server):
     browser.click_at(*browser.script(SPOT, x, y))
     clicked = until(observed, lambda there: len(there["left"]) == len(before["left"]) + 1)
     browser.drag(browser.script(SPOT, x, y), browser.script(SPOT, x + 20, y))
-    until(observed, lambda there: there != clicked and any(abs(p[0] - x - 20) < 2 for p in there["left"]))
+    until(
+        observed,
+        lambda there: there != clicked and any(abs(p[0] - x - 20) < 2 for p in there["left"]),
+    )
     for state in (clicked, before):
         browser.press(CONTROL, "z")
         until(observed, lambda there, state=state: there == state)
@@ -124,5 +129,9 @@ def test_a_camera_is_calibrated_and_watched(driven, own_server):
     browser.sees("away")
     server.start()
     browser.until("return document.querySelector('[data-testid=away]') === null")
-    seen = browser.script("return Number(document.querySelector('[data-testid=live-overhead]').dataset.seq)")
-    browser.sees("live-overhead", f"it.dataset.state === 'live' && Number(it.dataset.seq) !== {seen}")
+    seen = browser.script(
+        "return Number(document.querySelector('[data-testid=live-overhead]').dataset.seq)"
+    )
+    browser.sees(
+        "live-overhead", f"it.dataset.state === 'live' && Number(it.dataset.seq) !== {seen}"
+    )

@@ -18,9 +18,13 @@ def status(server, id):
 
 def is_live(page, id):
     """One frame is shown, and then a later one."""
+
     def seq():
         return int(page.get_by_test_id(f"live-{id}").get_attribute("data-seq"))
-    expect(page.get_by_test_id(f"live-{id}")).to_have_attribute("data-state", "live", timeout=LONG_MS)
+
+    expect(page.get_by_test_id(f"live-{id}")).to_have_attribute(
+        "data-state", "live", timeout=LONG_MS
+    )
     before = until(seq, lambda now: now > 0)
     until(seq, lambda now: now > before)
 
@@ -31,31 +35,49 @@ def added(server):
     ids = []
 
     def add(id, source=SMALL, **more):
-        answer = server.api("POST", "/cameras", json={"id": id, "name": id.title(), "source": source, "field": "table",
-                                                      "region": "full", **more})
+        answer = server.api(
+            "POST",
+            "/cameras",
+            json={
+                "id": id,
+                "name": id.title(),
+                "source": source,
+                "field": "table",
+                "region": "full",
+                **more,
+            },
+        )
         assert answer.status_code == 201, answer.text
         ids.append(id)
         return id
+
     yield add
     for id in ids:
         server.api("DELETE", f"/cameras/{id}")
 
 
-def test_cameras_are_live_on_the_start_page_as_long_as_they_are_drawn_and_looked_at(operator, server, added, tmp_path):
+def test_cameras_are_live_on_the_start_page_as_long_as_they_are_drawn_and_looked_at(
+    operator, server, added, tmp_path
+):
     page = operator.page
     added("dead", "picture://none.png")
     page.reload()  # the list of cameras is the page's own
     is_live(page, "overhead")
     shown = page.get_by_test_id("live-overhead").locator("canvas").bounding_box()
     assert shown["width"] > 150 and shown["height"] > 100
-    expect(page.get_by_test_id("live-dead")).to_have_attribute("data-state", "offline", timeout=LONG_MS)
+    expect(page.get_by_test_id("live-dead")).to_have_attribute(
+        "data-state", "offline", timeout=LONG_MS
+    )
     expect(page.get_by_test_id("live-dead")).to_contain_text("none.png")
     is_live(page, "overhead")  # the others go on
     page.screenshot(path=tmp_path / "grid.png")
     is_undrawn_without_ink(page)
     operator.take()
     # Still read: the next picture comes at once.
-    until(lambda: status(server, "overhead"), lambda now: now["viewers"] == 0 and now["state"] == "live")
+    until(
+        lambda: status(server, "overhead"),
+        lambda now: now["viewers"] == 0 and now["state"] == "live",
+    )
 
 
 def is_undrawn_without_ink(page):
@@ -78,11 +100,26 @@ def is_undrawn_without_ink(page):
 def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server, added):
     page, id = operator.page, added("one")
     snapshot = server.api("POST", "/snapshots", json={"camera": id}).json()
-    points = {"left": [[40, 60], [40, 128], [40, 200]], "right": [[280, 60], [280, 128], [280, 200]],
-              "top": [[50, 50], [160, 50], [270, 50]], "bottom": [[50, 206], [160, 206], [270, 206]]}
-    made = server.api("POST", "/calibrations", json={
-        "camera": id, "snapshot": snapshot["id"], "field": "table", "region": "full", "model": "homography",
-        "observations": [{"feature": name, "kind": "line", "points": spots} for name, spots in points.items()]}).json()
+    points = {
+        "left": [[40, 60], [40, 128], [40, 200]],
+        "right": [[280, 60], [280, 128], [280, 200]],
+        "top": [[50, 50], [160, 50], [270, 50]],
+        "bottom": [[50, 206], [160, 206], [270, 206]],
+    }
+    made = server.api(
+        "POST",
+        "/calibrations",
+        json={
+            "camera": id,
+            "snapshot": snapshot["id"],
+            "field": "table",
+            "region": "full",
+            "model": "homography",
+            "observations": [
+                {"feature": name, "kind": "line", "points": spots} for name, spots in points.items()
+            ],
+        },
+    ).json()
     operator.visit()
     page.get_by_test_id(f"look-at-{id}").click()
     is_live(page, id)
@@ -150,7 +187,9 @@ def test_a_stream_is_called_live_only_once_this_browser_has_drawn_it(arriving, s
 
     def asked() -> list[str]:
         """The cameras that are live for the server, as the page is told it next."""
-        answer = page.wait_for_event("response", lambda answer: answer.url.endswith("/cameras/status"), timeout=LONG_MS)
+        answer = page.wait_for_event(
+            "response", lambda answer: answer.url.endswith("/cameras/status"), timeout=LONG_MS
+        )
         return [one["id"] for one in answer.json()["items"] if one["state"] == "live"]
 
     page.add_init_script(HOLD)
@@ -166,11 +205,28 @@ def test_a_stream_is_called_live_only_once_this_browser_has_drawn_it(arriving, s
 def test_a_camera_that_may_be_another_is_confirmed_by_one_click(operator, server, added, tmp_path):
     page, id = operator.page, added("swap")
     snapshot = server.api("POST", "/snapshots", json={"camera": id}).json()
-    marks = {(-1370, 762.5): [40, 50], (1370, 762.5): [280, 50], (1370, -762.5): [280, 200], (-1370, -762.5): [40, 200]}
-    seen = [{"feature": list(place), "kind": "landmark", "points": [spot]} for place, spot in marks.items()]
-    made = server.api("POST", "/calibrations", json={
-        "camera": id, "snapshot": snapshot["id"], "field": "table", "region": "full", "model": "homography",
-        "observations": seen})
+    marks = {
+        (-1370, 762.5): [40, 50],
+        (1370, 762.5): [280, 50],
+        (1370, -762.5): [280, 200],
+        (-1370, -762.5): [40, 200],
+    }
+    seen = [
+        {"feature": list(place), "kind": "landmark", "points": [spot]}
+        for place, spot in marks.items()
+    ]
+    made = server.api(
+        "POST",
+        "/calibrations",
+        json={
+            "camera": id,
+            "snapshot": snapshot["id"],
+            "field": "table",
+            "region": "full",
+            "model": "homography",
+            "observations": seen,
+        },
+    )
     assert made.status_code == 201, made.text
     activate_despite(server, made.json()["id"])
     etag = server.api("GET", f"/cameras/{id}").headers["ETag"]
@@ -194,14 +250,25 @@ def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
     page.reload()
     for number in range(7):
         page.get_by_test_id(f"live-eight-{number}").scroll_into_view_if_needed()
-        expect(page.get_by_test_id(f"live-eight-{number}")).to_have_attribute("data-state", "live", timeout=LONG_MS)
+        expect(page.get_by_test_id(f"live-eight-{number}")).to_have_attribute(
+            "data-state", "live", timeout=LONG_MS
+        )
     page.set_viewport_size({"width": 1280, "height": 3000})  # all in view
-    until(lambda: [status(server, f"eight-{number}")["viewers"] for number in range(7)], lambda n: n == [1] * 7)
+    until(
+        lambda: [status(server, f"eight-{number}")["viewers"] for number in range(7)],
+        lambda n: n == [1] * 7,
+    )
     # It answers at all: six streams of another kind would block it for ever. How soon is told by the benchmark.
-    assert page.evaluate("""async (ms) => { const answers = [];
+    assert (
+        page.evaluate(
+            """async (ms) => { const answers = [];
         for (let i = 0; i < 10; i++)
             answers.push((await fetch("/api/v1/models", { signal: AbortSignal.timeout(ms) })).ok);
-        return answers; }""", LONG_MS) == [True] * 10
+        return answers; }""",
+            LONG_MS,
+        )
+        == [True] * 10
+    )
 
 
 @pytest.mark.long
@@ -209,7 +276,9 @@ def test_streams_go_on_by_themselves_when_the_server_is_back(page, own_server):
     page.goto(own_server.url)
     is_live(page, "overhead")
     own_server.stop()
-    expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-state", "offline", timeout=LONG_MS)
+    expect(page.get_by_test_id("live-overhead")).to_have_attribute(
+        "data-state", "offline", timeout=LONG_MS
+    )
     own_server.start()
     is_live(page, "overhead")
 

@@ -22,7 +22,9 @@ def test_the_page_is_there_after_a_few_requests_and_bytes(browser, server, tmp_p
     network.on("Network.loadingFinished", lambda event: received.append(event["encodedDataLength"]))
     page.goto(server.url)
     expect(page.get_by_test_id("camera-overhead")).to_be_visible(timeout=LONG_MS)
-    expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-state", "live", timeout=LONG_MS)
+    expect(page.get_by_test_id("live-overhead")).to_have_attribute(
+        "data-state", "live", timeout=LONG_MS
+    )
     assert any("built/page/main.js" in url for url in asked)
     assert len(asked) <= MOST_REQUESTS, asked
     assert sum(received) <= MOST_BYTES

@@ -46,30 +46,43 @@ def test_side_by_side_both_pictures_go_together_when_zoomed_and_panned(compared,
     apart = [b - a for a, b in zip(middle(raw), middle(corrected), strict=True)]
     # Over the corrected one; a wheel's event knows whole pixels only.
     spot = round(stage["x"] + half + 0.3 * half), round(stage["y"] + 0.4 * stage["height"])
-    share = (spot[0] - corrected["x"]) / corrected["width"], (spot[1] - corrected["y"]) / corrected["height"]
+    share = (
+        (spot[0] - corrected["x"]) / corrected["width"],
+        (spot[1] - corrected["y"]) / corrected["height"],
+    )
     page.mouse.move(*spot)
     page.mouse.wheel(0, -600)
-    zoomed_raw, zoomed = until(lambda: boxes(page), lambda now: now[1]["width"] > 1.5 * corrected["width"])
-    assert zoomed_raw["width"] / raw["width"] == pytest.approx(zoomed["width"] / corrected["width"], rel=1e-3)
+    zoomed_raw, zoomed = until(
+        lambda: boxes(page), lambda now: now[1]["width"] > 1.5 * corrected["width"]
+    )
+    assert zoomed_raw["width"] / raw["width"] == pytest.approx(
+        zoomed["width"] / corrected["width"], rel=1e-3
+    )
     there = zoomed["x"] + share[0] * zoomed["width"], zoomed["y"] + share[1] * zoomed["height"]
     assert there == pytest.approx(spot, abs=0.5)  # what was under the pointer still is
 
     page.mouse.down()
     page.mouse.move(spot[0] + 60, spot[1] + 25, steps=4)
     page.mouse.up()
+
     def moved():
-        return [(after["x"] - before["x"], after["y"] - before["y"])
-                for before, after in zip((zoomed_raw, zoomed), boxes(page), strict=True)]
+        return [
+            (after["x"] - before["x"], after["y"] - before["y"])
+            for before, after in zip((zoomed_raw, zoomed), boxes(page), strict=True)
+        ]
+
     until(moved, lambda ways: all(way == pytest.approx((60, 25), abs=0.5) for way in ways))
     page.keyboard.press("0")
 
     def apart_now():
         return [b - a for a, b in zip(*map(middle, boxes(page)), strict=True)]
+
     until(apart_now, lambda now: now == pytest.approx(apart, abs=0.5))
 
 
-def test_a_place_is_found_again_in_the_other_picture_by_pointer_by_key_by_grid_and_at_the_worst_one(compared, server,
-                                                                                                   tmp_path):
+def test_a_place_is_found_again_in_the_other_picture_by_pointer_by_key_by_grid_and_at_the_worst_one(
+    compared, server, tmp_path
+):
     marked_side_by_side(compared, server)
     held_key_or_button(compared.page)
     compared.page.keyboard.press("w")
@@ -84,14 +97,25 @@ def marked_side_by_side(compared, server):
     expect(page.get_by_test_id("side-names")).to_be_visible()
     saved = compared.saved()
     place = saved["report"]["sigma_mm"]["worst_place"]
-    seen = {to: server.api("POST", f"/calibrations/{saved['id']}/transform", json={
-        "from": "field", "to": to, "points": [place]}).json()["points"][0] for to in ("image", "corrected")}
+    seen = {
+        to: server.api(
+            "POST",
+            f"/calibrations/{saved['id']}/transform",
+            json={"from": "field", "to": to, "points": [place]},
+        ).json()["points"][0]
+        for to in ("image", "corrected")
+    }
     corrected = boxes(page)[1]
     width, height = saved["corrected_size"]
     on_raw = compared.spot(*seen["image"])
-    on_corrected = (corrected["x"] + (seen["corrected"][0] + 40.5) / (width + 80) * corrected["width"],
-                    corrected["y"] + (seen["corrected"][1] + 40.5) / (height + 80) * corrected["height"])
-    for pointed, marked, name in ((on_raw, on_corrected, "corrected"), (on_corrected, on_raw, "image")):
+    on_corrected = (
+        corrected["x"] + (seen["corrected"][0] + 40.5) / (width + 80) * corrected["width"],
+        corrected["y"] + (seen["corrected"][1] + 40.5) / (height + 80) * corrected["height"],
+    )
+    for pointed, marked, name in (
+        (on_raw, on_corrected, "corrected"),
+        (on_corrected, on_raw, "image"),
+    ):
         page.mouse.move(*pointed)
         mark = page.get_by_test_id(f"counterpart-{name}")
         expect(page.get_by_test_id("read-out")).to_contain_text(t("canvas.stage.field"))
@@ -107,7 +131,9 @@ def test_a_stage_that_is_higher_than_wide_has_the_two_one_above_the_other(compar
     page.set_viewport_size({"width": 1000, "height": 1250})
     page.keyboard.press("s")
     expect(page.get_by_test_id("side-names")).to_have_class(re.compile("stacked"))
-    raw, corrected = until(lambda: boxes(page), lambda now: now[1]["y"] > now[0]["y"] + 0.8 * now[0]["height"])
+    raw, corrected = until(
+        lambda: boxes(page), lambda now: now[1]["y"] > now[0]["y"] + 0.8 * now[0]["height"]
+    )
     assert corrected["x"] < raw["x"] + raw["width"]
     page.screenshot(path=tmp_path / "stacked.png")
 
@@ -118,12 +144,15 @@ def showing(page):
 
 def changes(page, for_ms):
     """How often another picture was shown, and in how many seconds: at least for_ms, on a busy machine more."""
-    return page.get_by_test_id("blink-legend").evaluate("""(e, ms) => new Promise((done) => {
+    return page.get_by_test_id("blink-legend").evaluate(
+        """(e, ms) => new Promise((done) => {
       let count = 0;
       const watch = new MutationObserver(() => count++), begun = performance.now();
       watch.observe(e, { attributeFilter: ["data-showing"] });
       setTimeout(() => { watch.disconnect(); done([count, (performance.now() - begun) / 1000]); }, ms);
-    })""", for_ms)
+    })""",
+        for_ms,
+    )
 
 
 @pytest.mark.long
@@ -178,13 +207,17 @@ def held_key_or_button(page):
 
 def drawn(page, picture, line):
     """A grid line's corners on the screen."""
-    found = page.get_by_test_id(f"grid-{picture}").locator(f'path[data-line="{line}"]').evaluate("""path => {
+    found = (
+        page.get_by_test_id(f"grid-{picture}")
+        .locator(f'path[data-line="{line}"]')
+        .evaluate("""path => {
       const matrix = path.getScreenCTM();
       return path.getAttribute("d").slice(1).split("L").map((pair) => {
         const [x, y] = pair.split(" ").map(Number), at = new DOMPoint(x, y).matrixTransform(matrix);
         return [at.x, at.y];
       });
     }""")
+    )
     return np.array(found)
 
 
@@ -200,7 +233,9 @@ def under_a_grid(compared, server, tmp_path):
     """Of field millimetres: it is straight when corrected, and bent in the raw picture."""
     page = compared.page
     page.keyboard.press("g")
-    expect(page.get_by_test_id("grid-legend")).to_contain_text(t("compare.grid.heading", spacing=500))
+    expect(page.get_by_test_id("grid-legend")).to_contain_text(
+        t("compare.grid.heading", spacing=500)
+    )
     expect(page.get_by_test_id("grid-corrected")).to_be_visible()
     page.keyboard.press("l")
     page.screenshot(path=tmp_path / "grid.png")
@@ -211,14 +246,22 @@ def under_a_grid(compared, server, tmp_path):
         raw, corrected = drawn(page, "raw", line), drawn(page, "corrected", line)
         assert bend(corrected) < 1e-3, line
         assert bend(raw) > 5e-3, line
-        ends = [[float(at), y] if axis == "x" else [y, float(at)] for y in region["y" if axis == "x" else "x"]]
-        told = server.api("POST", f"/calibrations/{saved['id']}/transform",
-                          json={"from": "field", "to": "image", "points": ends}).json()["points"]
+        ends = [
+            [float(at), y] if axis == "x" else [y, float(at)]
+            for y in region["y" if axis == "x" else "x"]
+        ]
+        told = server.api(
+            "POST",
+            f"/calibrations/{saved['id']}/transform",
+            json={"from": "field", "to": "image", "points": ends},
+        ).json()["points"]
         on_screen = [compared.spot(*pixel) for pixel in told]
         assert np.abs(raw[[0, -1]] - on_screen).max() < 0.5, line
 
     page.get_by_test_id("grid-spacing").select_option("1000")
-    expect(page.get_by_test_id("grid-legend")).to_contain_text(t("compare.grid.heading", spacing="1\u202f000"))
+    expect(page.get_by_test_id("grid-legend")).to_contain_text(
+        t("compare.grid.heading", spacing="1\u202f000")
+    )
     expect(page.get_by_test_id("grid-raw").locator('path[data-line="x 500"]')).to_have_count(0)
     page.get_by_test_id("stage").focus()
     page.keyboard.press("g")
@@ -235,13 +278,19 @@ def at_the_worst_place(compared, tmp_path):
     page.get_by_test_id("do-worst-place").click()
     stage = page.get_by_test_id("stage").bounding_box()
     worst = page.get_by_test_id("worst-corrected").locator("circle").first
-    until(lambda: worst.bounding_box(), lambda box: box and middle(box) == pytest.approx(middle(stage), abs=2))
+    until(
+        lambda: worst.bounding_box(),
+        lambda box: box and middle(box) == pytest.approx(middle(stage), abs=2),
+    )
     page.screenshot(path=tmp_path / "worst.png")
     next_click = compared.saved()["report"]["next_click"]
     cure.get_by_test_id("cure-next-click").click()
     expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     compared.wait_for_picture()
-    until(lambda: compared.spot(*next_click["point"]), lambda at: at == pytest.approx(middle(stage), abs=2))
+    until(
+        lambda: compared.spot(*next_click["point"]),
+        lambda at: at == pytest.approx(middle(stage), abs=2),
+    )
 
 
 @pytest.mark.long
@@ -255,8 +304,15 @@ def test_two_fingers_zoom_both_pictures(compared):
     x, y = stage["x"] + 0.25 * stage["width"], stage["y"] + 0.5 * stage["height"]
 
     def touch(kind, *spread):
-        client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
-            {"x": x + s * d, "y": y, "id": i} for d in spread for i, s in enumerate((-1, 1))]})
+        client.send(
+            "Input.dispatchTouchEvent",
+            {
+                "type": kind,
+                "touchPoints": [
+                    {"x": x + s * d, "y": y, "id": i} for d in spread for i, s in enumerate((-1, 1))
+                ],
+            },
+        )
 
     touch("touchStart", 30)
     for spread in (40, 50, 60):
@@ -264,4 +320,6 @@ def test_two_fingers_zoom_both_pictures(compared):
     touch("touchEnd")
     wide = pytest.approx(2 * before[0]["width"], rel=0.05)
     after = until(lambda: boxes(page), lambda now: now[0]["width"] == wide)
-    assert after[1]["width"] / before[1]["width"] == pytest.approx(after[0]["width"] / before[0]["width"], rel=1e-3)
+    assert after[1]["width"] / before[1]["width"] == pytest.approx(
+        after[0]["width"] / before[0]["width"], rel=1e-3
+    )

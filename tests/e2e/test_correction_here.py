@@ -58,32 +58,60 @@ def raw_picture() -> np.ndarray:
     source.close()
 
 
-@pytest.mark.parametrize(("margin_px", "examples"), [
-    (300, EXAMPLES[::3]), *(pytest.param(margin_px, EXAMPLES, marks=pytest.mark.long) for margin_px in (0, 40, 300))])
-def test_every_models_picture_is_what_opencv_makes_of_it(arriving, raw_picture, margin_px, examples):
+@pytest.mark.parametrize(
+    ("margin_px", "examples"),
+    [
+        (300, EXAMPLES[::3]),
+        *(pytest.param(margin_px, EXAMPLES, marks=pytest.mark.long) for margin_px in (0, 40, 300)),
+    ],
+)
+def test_every_models_picture_is_what_opencv_makes_of_it(
+    arriving, raw_picture, margin_px, examples
+):
     page = arriving.visit(modules=True).page
     for name, i in examples:
         model = plain_examples(name)[i]
         # sharp edges
         raw = cv2.resize(raw_picture, tuple(model.image_size), interpolation=cv2.INTER_LANCZOS4)
-        mesh, table = correction_mesh(model, margin_px), correction_map(model, CorrectedView(margin_px))
+        mesh, table = (
+            correction_mesh(model, margin_px),
+            correction_map(model, CorrectedView(margin_px)),
+        )
         height, width = table.raw_x.shape
-        address = page.evaluate(DRAWN, {"png": text(cv2.imencode(".png", raw)[1].tobytes()), "mesh": mesh.header(),
-                                        "data": text(mesh.data()), "width": width, "height": height})
-        got = cv2.imdecode(np.frombuffer(base64.b64decode(address.partition(",")[2]), np.uint8), cv2.IMREAD_COLOR)
+        address = page.evaluate(
+            DRAWN,
+            {
+                "png": text(cv2.imencode(".png", raw)[1].tobytes()),
+                "mesh": mesh.header(),
+                "data": text(mesh.data()),
+                "width": width,
+                "height": height,
+            },
+        )
+        got = cv2.imdecode(
+            np.frombuffer(base64.b64decode(address.partition(",")[2]), np.uint8), cv2.IMREAD_COLOR
+        )
         off = np.abs(got.astype(int) - remapped_exactly(table, raw))
-        assert got.std() > 5 and np.percentile(off, 99.9) <= 2, (name, i, np.percentile(off, 99.9), off.max())
+        assert got.std() > 5 and np.percentile(off, 99.9) <= 2, (
+            name,
+            i,
+            np.percentile(off, 99.9),
+            off.max(),
+        )
 
 
 @pytest.fixture
 def correcting(operator, border_draft):
     """A function that puts the operator before clicked borders, in a browser that corrects whatever it draws with."""
+
     def correcting(model: str, step: str = "points") -> Operator:
         operator.prefer("correction", "browser")
         operator.page.goto("about:blank")
         snapshot, draft = border_draft(model)
         if step == "verify":
-            saved = operator.server.api("POST", "/calibrations", json={**draft, "snapshot": snapshot})
+            saved = operator.server.api(
+                "POST", "/calibrations", json={**draft, "snapshot": snapshot}
+            )
             assert saved.ok, saved.text
         return operator.go_on(snapshot, draft, step)
 
@@ -102,11 +130,15 @@ def drawn(page) -> np.ndarray:
     """The corrected picture as it is on the screen."""
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     expect(page.locator("canvas[data-testid=corrected][data-drawn]")).to_have_count(1)
-    seen = cv2.imdecode(np.frombuffer(page.get_by_test_id("corrected").screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    seen = cv2.imdecode(
+        np.frombuffer(page.get_by_test_id("corrected").screenshot(), np.uint8), cv2.IMREAD_COLOR
+    )
     return seen.astype(int)
 
 
-def test_beside_the_raw_picture_the_corrected_one_takes_no_click_comes_back_and_follows_a_drag(correcting):
+def test_beside_the_raw_picture_the_corrected_one_takes_no_click_comes_back_and_follows_a_drag(
+    correcting,
+):
     operator = beside(correcting("polynomial"))
     nothing_is_clicked_over_it(operator)
     undone(operator)
@@ -120,7 +152,9 @@ def undone(operator: Operator) -> None:
     operator.page.get_by_test_id("stage").focus()
     operator.page.keyboard.press("Control+z")
     operator.draft()
-    expect(operator.page.get_by_test_id("verdict")).not_to_have_class(re.compile("stale"), timeout=LONG_MS)
+    expect(operator.page.get_by_test_id("verdict")).not_to_have_class(
+        re.compile("stale"), timeout=LONG_MS
+    )
 
 
 def nothing_is_clicked_over_it(operator: Operator) -> None:
@@ -169,14 +203,23 @@ def it_follows_a_dragged_point_while_the_server_is_silent(operator: Operator) ->
     page.unroute_all(behavior="ignoreErrors")
 
 
-def test_another_picture_is_drawn_from_its_own_pixels_once_they_are_there(correcting, straight_picture, frame_points):
+def test_another_picture_is_drawn_from_its_own_pixels_once_they_are_there(
+    correcting, straight_picture, frame_points
+):
     operator = correcting("polynomial", "verify")
     page, server = operator.page, operator.server
     first = drawn(page)
     with straight_picture.open("rb") as file:
         green = server.api("POST", "/snapshots", files={"file": file}).json()["id"]
-    given = {"field": "table", "region": "full", "model": "polynomial", "observations": [
-        {"feature": name, "kind": "line", "points": points} for name, points in frame_points.items()]}
+    given = {
+        "field": "table",
+        "region": "full",
+        "model": "polynomial",
+        "observations": [
+            {"feature": name, "kind": "line", "points": points}
+            for name, points in frame_points.items()
+        ],
+    }
     made = server.api("POST", "/calibrations", json={**given, "snapshot": green})
     assert made.ok, made.text
     tag = server.api("GET", f"/drafts/{green}").headers["ETag"]
@@ -189,11 +232,16 @@ def test_another_picture_is_drawn_from_its_own_pixels_once_they_are_there(correc
     expect(page.get_by_test_id("corrected")).to_have_count(1)  # all is there but the picture
     assert len(held) == 1
     held[0].continue_()
-    until(lambda: np.median(drawn(page), axis=(0, 1)), lambda colour: np.abs(colour - (40, 90, 30)).max() < 8)
+    until(
+        lambda: np.median(drawn(page), axis=(0, 1)),
+        lambda colour: np.abs(colour - (40, 90, 30)).max() < 8,
+    )
     assert np.abs(np.median(first, axis=(0, 1)) - (40, 90, 30)).max() > 8
 
 
-def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would(operator, correcting):
+def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would(
+    operator, correcting
+):
     page = operator.page
     with page.expect_response("**/fit/attempt?*"):  # of the draft, however late
         correcting("brown-conrady", "verify")
@@ -201,14 +249,25 @@ def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would
     expect(page.get_by_test_id("wipe")).to_be_visible(timeout=LONG_MS)
     page.keyboard.press("c")
     ours = drawn(page)
-    activate = "|".join(like(key).pattern for key in ("common.activate-version", "verify.activate-version-anyway"))
+    activate = "|".join(
+        like(key).pattern for key in ("common.activate-version", "verify.activate-version-anyway")
+    )
     # checked
     expect(page.get_by_test_id("next")).to_have_text(re.compile(f"^({activate})"), timeout=LONG_MS)
     page.on("request", lambda request: asked.append(request.url))
     for key in "rwsck":
         page.keyboard.press(key)
-        expect(page.get_by_test_id({"r": "do-raw", "w": "do-wipe", "s": "do-side", "c": "do-corrected",
-                                    "k": "do-blink"}[key])).to_have_attribute("aria-pressed", "true")
+        expect(
+            page.get_by_test_id(
+                {
+                    "r": "do-raw",
+                    "w": "do-wipe",
+                    "s": "do-side",
+                    "c": "do-corrected",
+                    "k": "do-blink",
+                }[key]
+            )
+        ).to_have_attribute("aria-pressed", "true")
     half = page.get_by_test_id("corrected-half")
     expect(half).to_be_hidden()  # it blinks
     expect(half).to_be_visible()
@@ -216,7 +275,11 @@ def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would
     page.get_by_test_id("wipe").press("ArrowRight")
     page.get_by_test_id("do-zoom-in").click()
     page.get_by_test_id("do-zoom-fit").click()
-    assert [url for url in asked if not re.search(r"/status|/health|/jobs|/presence|/events|/publishing", url)] == []
+    assert [
+        url
+        for url in asked
+        if not re.search(r"/status|/health|/jobs|/presence|/events|/publishing", url)
+    ] == []
 
     here = page.url
     page.goto("about:blank")
@@ -230,13 +293,16 @@ def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would
     box, stage = picture.bounding_box(), page.get_by_test_id("stage").bounding_box()
     shot = page.screenshot(clip=stage)
     theirs = cv2.imdecode(np.frombuffer(shot, np.uint8), cv2.IMREAD_COLOR).astype(int)
-    inner = (slice(int(box["y"] - stage["y"]) + 8, int(box["y"] - stage["y"] + box["height"]) - 8),
-             slice(int(box["x"] - stage["x"]) + 8, int(box["x"] - stage["x"] + box["width"]) - 8))
+    inner = (
+        slice(int(box["y"] - stage["y"]) + 8, int(box["y"] - stage["y"] + box["height"]) - 8),
+        slice(int(box["x"] - stage["x"]) + 8, int(box["x"] - stage["x"] + box["width"]) - 8),
+    )
     assert np.abs(ours[inner] - theirs[inner]).mean() < 3
 
 
-def test_a_browser_without_webgl_leaves_all_to_the_server(browser_type, browser_type_launch_args, own_server,
-                                                          border_draft):
+def test_a_browser_without_webgl_leaves_all_to_the_server(
+    browser_type, browser_type_launch_args, own_server, border_draft
+):
     args = {**browser_type_launch_args, "args": [*ARGUMENTS, "--disable-3d-apis"]}
     browser = browser_type.launch(**args)
     try:
@@ -254,14 +320,18 @@ def test_a_browser_without_webgl_leaves_all_to_the_server(browser_type, browser_
         expect(picture).not_to_have_js_property("naturalWidth", 0)
         operator.activate(warned=True)
         page.goto(f"{own_server.url}/#/system/server")
-        expect(page.get_by_test_id("correction-now")).to_contain_text(t("canvas.graphics.server.no-webgl"))
+        expect(page.get_by_test_id("correction-now")).to_contain_text(
+            t("canvas.graphics.server.no-webgl")
+        )
         assert not errors
     finally:
         browser.close()
 
 
-@pytest.mark.parametrize(("name", "why"), [("Fast GPU 9000", "canvas.graphics.server.slow"),
-                                           (None, "canvas.graphics.server.software")])
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [("Fast GPU 9000", "canvas.graphics.server.slow"), (None, "canvas.graphics.server.software")],
+)
 def test_graphics_that_do_not_keep_up_leave_it_to_the_server_and_system_says_why(saved, name, why):
     """What renders here is software; under another name, and slow for certain, it has to be measured."""
     operator = saved("polynomial")
@@ -292,23 +362,31 @@ def test_graphics_that_do_not_keep_up_leave_it_to_the_server_and_system_says_why
 @pytest.fixture
 def active(page, own_server, border_draft) -> str:
     """The version that is active at a live camera, before a browser that corrects whatever it draws with."""
-    made = own_server.api("POST", "/calibrations", json={
-        **border_draft("brown-conrady")[1], "camera": "overhead", "image_size": [640, 512]}).json()["id"]
+    made = own_server.api(
+        "POST",
+        "/calibrations",
+        json={**border_draft("brown-conrady")[1], "camera": "overhead", "image_size": [640, 512]},
+    ).json()["id"]
     activate_despite(own_server, made)
     Operator(page, own_server).prefer("correction", "browser")
     return made
 
 
-def test_a_live_picture_is_corrected_from_the_raw_stream_alone_and_by_the_server_without_graphics(page, own_server,
-                                                                                                   active):
+def test_a_live_picture_is_corrected_from_the_raw_stream_alone_and_by_the_server_without_graphics(
+    page, own_server, active
+):
     its_graphics_come_back_and_the_server_helps_out(page, own_server)
     page.unroute_all(behavior="ignoreErrors")
     is_corrected_from_the_raw_stream_alone(page, own_server, active)
 
 
 def its_graphics_come_back_and_the_server_helps_out(page, own_server):
-    page.route("**/stream_worker.js", lambda route: route.fulfill(
-        response=(told := route.fetch()), body=KEEP_CONTEXT + told.text()))
+    page.route(
+        "**/stream_worker.js",
+        lambda route: route.fulfill(
+            response=(told := route.fetch()), body=KEEP_CONTEXT + told.text()
+        ),
+    )
     page.goto(f"{own_server.url}/#/cameras/overhead/live")
     page.get_by_test_id("look-side").click()
     stage = page.get_by_test_id("live-overhead")
@@ -330,22 +408,33 @@ def is_corrected_from_the_raw_stream_alone(page, own_server, active):
     expect(page.get_by_test_id("look-wipe")).to_be_enabled(timeout=LONG_MS)
     for mode in ("side", "wipe", "corrected"):
         page.get_by_test_id(f"look-{mode}").click()
-        expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-compared", mode, timeout=LONG_MS)
+        expect(page.get_by_test_id("live-overhead")).to_have_attribute(
+            "data-compared", mode, timeout=LONG_MS
+        )
     sheet = page.get_by_test_id("live-corrected")
-    until(lambda: sheet.locator("canvas").evaluate("c => [c.width, c.height]"), lambda size: size[0] == 640)
+    until(
+        lambda: sheet.locator("canvas").evaluate("c => [c.width, c.height]"),
+        lambda size: size[0] == 640,
+    )
     assert set(streams) == {"raw"}
 
     still = own_server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
-    theirs = own_server.api("GET", f"/calibrations/{active}/corrected.png?margin_px=40&snapshot={still}").content
+    theirs = own_server.api(
+        "GET", f"/calibrations/{active}/corrected.png?margin_px=40&snapshot={still}"
+    ).content
 
     def apart() -> float:
         """Of the picture on the screen from the server's; robots have driven a little meanwhile."""
         shown = cv2.imdecode(np.frombuffer(sheet.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-        want = cv2.resize(cv2.imdecode(np.frombuffer(theirs, np.uint8), cv2.IMREAD_COLOR), shown.shape[1::-1],
-                          interpolation=cv2.INTER_AREA)
+        want = cv2.resize(
+            cv2.imdecode(np.frombuffer(theirs, np.uint8), cv2.IMREAD_COLOR),
+            shown.shape[1::-1],
+            interpolation=cv2.INTER_AREA,
+        )
         # the badge and the wipe's names stand elsewhere
         inner = (slice(20, shown.shape[0] // 2), slice(20, -20))
         return float(np.median(np.abs(want.astype(int) - shown)[inner]))
+
     until(apart, lambda levels: levels < 6)
 
     page.evaluate("location.hash = '#/system/server'")
@@ -353,4 +442,6 @@ def is_corrected_from_the_raw_stream_alone(page, own_server, active):
     page.go_back()
     with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
         page.get_by_test_id("look-side").click()
-    expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-compared", "side", timeout=LONG_MS)
+    expect(page.get_by_test_id("live-overhead")).to_have_attribute(
+        "data-compared", "side", timeout=LONG_MS
+    )

@@ -15,7 +15,8 @@ def drawn(page, border: str) -> np.ndarray:
 
 
 def test_a_dragged_points_curve_is_drawn_while_the_server_is_silent_and_is_what_it_would_say(
-        operator, server, straight_picture, frame_points):
+    operator, server, straight_picture, frame_points
+):
     # a degree that is worth keeping
     bent = [[x + 8 * ((y - 210) / 140) ** 2, y] for x, y in frame_points["left"]]
     operator.open(straight_picture, "table", "full").click("left", bent)
@@ -23,7 +24,9 @@ def test_a_dragged_points_curve_is_drawn_while_the_server_is_silent_and_is_what_
     question = {"axis": "x_of_y", "image_size": [640, 480]}
 
     def told(points, degree) -> dict:
-        return server.api("POST", "/fit/border", json={**question, "points": points, "degree": degree}).json()
+        return server.api(
+            "POST", "/fit/border", json={**question, "points": points, "degree": degree}
+        ).json()
 
     at_rest = told(clicked, "auto")
     assert at_rest["degree"] >= 2

@@ -23,10 +23,17 @@ DROP = """async ([data, type]) => {
 }"""
 
 
-NO_PICTURES = [b"", b"GIF89a not a picture", b"\x89PNG\r\n\x1a\n" + b"\x00" * 40, b"<svg onload='alert(1)'/>"]
+NO_PICTURES = [
+    b"",
+    b"GIF89a not a picture",
+    b"\x89PNG\r\n\x1a\n" + b"\x00" * 40,
+    b"<svg onload='alert(1)'/>",
+]
 
 
-@pytest.mark.parametrize("content", [NO_PICTURES[0], *(long(content) for content in NO_PICTURES[1:])])
+@pytest.mark.parametrize(
+    "content", [NO_PICTURES[0], *(long(content) for content in NO_PICTURES[1:])]
+)
 def test_a_file_that_is_no_picture_is_refused_with_its_fix(operator, content):
     file = {"name": "holiday.png", "mimeType": "image/png", "buffer": content}
     operator.page.get_by_test_id("file").set_input_files(file)
@@ -39,7 +46,10 @@ def test_a_file_that_is_no_picture_is_refused_with_its_fix(operator, content):
 
 
 def test_a_picture_can_be_pasted_and_dropped(operator, straight_picture):
-    page, given = operator.page, [base64.b64encode(straight_picture.read_bytes()).decode(), "image/png"]
+    page, given = (
+        operator.page,
+        [base64.b64encode(straight_picture.read_bytes()).decode(), "image/png"],
+    )
     for way in (PASTE, DROP):
         page.evaluate(way, given)
         expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
@@ -48,15 +58,22 @@ def test_a_picture_can_be_pasted_and_dropped(operator, straight_picture):
         expect(page.get_by_test_id("picture")).to_have_count(0)
 
 
-def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, server, straight_picture):
+def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(
+    browser, server, straight_picture
+):
     context = browser.new_context(viewport={"width": 1024, "height": 768}, has_touch=True)
     page = context.new_page()
     operator = Operator(page, server).visit().open(straight_picture, "table", "full")
     fingers = context.new_cdp_session(page)
 
     def touch(kind, *spots):
-        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
-            {"x": x, "y": y, "id": i} for i, (x, y) in enumerate(spots)]})
+        fingers.send(
+            "Input.dispatchTouchEvent",
+            {
+                "type": kind,
+                "touchPoints": [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(spots)],
+            },
+        )
 
     touch("touchStart", operator.spot(90, 220))
     expect(page.get_by_test_id("loupe")).to_be_visible()
@@ -67,8 +84,10 @@ def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, ser
         touch("touchMove", operator.spot(x, 220))
     touch("touchEnd")
     # Nobody waits until the page has felt a touch.
-    until(lambda: operator.points("left"),
-               lambda points: points == [[pytest.approx(80, abs=0.6), pytest.approx(220, abs=0.6)]])
+    until(
+        lambda: operator.points("left"),
+        lambda points: points == [[pytest.approx(80, abs=0.6), pytest.approx(220, abs=0.6)]],
+    )
 
     def width():
         return page.get_by_test_id("picture").bounding_box()["width"]
@@ -95,14 +114,20 @@ def test_the_keyboard_alone_goes_from_the_camera_to_a_saved_version(operator):
     operator.wait_for_picture()
     page.get_by_test_id("stage").focus()
     # A point lands in the middle of the stage: pan to a border, then along it.
-    for key, towards, along in (("1", "ArrowLeft", "ArrowDown"), ("2", "ArrowRight", "ArrowDown"),
-                                ("3", "ArrowUp", "ArrowRight"), ("4", "ArrowDown", "ArrowRight")):
+    for key, towards, along in (
+        ("1", "ArrowLeft", "ArrowDown"),
+        ("2", "ArrowRight", "ArrowDown"),
+        ("3", "ArrowUp", "ArrowRight"),
+        ("4", "ArrowDown", "ArrowRight"),
+    ):
         for pressed in ("Escape", "0", key, *[towards] * 5, *["a", "Escape", along] * 5):
             page.keyboard.press(pressed)
     expect(page.get_by_test_id("next")).to_have_text(t("shell.next.continue"))
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
     page.keyboard.press("Enter")
-    expect(page.get_by_test_id("step-verify")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+    expect(page.get_by_test_id("step-verify")).to_have_attribute(
+        "aria-current", "step", timeout=LONG_MS
+    )
     page.get_by_test_id("wipe").focus()
     page.keyboard.press("ArrowRight")
     expect(page.get_by_test_id("wipe")).to_have_attribute("aria-valuenow", "52")
@@ -114,16 +139,27 @@ def test_a_button_whose_work_was_refused_keeps_the_focus_and_the_next_key_is_its
 
     def refuse(route):
         asked.append(route.request.post_data_json["camera"])
-        route.fulfill(status=503, content_type="application/problem+json", json={
-            "type": "/problems/camera-silent", "title": "Unavailable", "status": 503,
-            "detail": "This camera has not delivered a frame yet.", "fix": "Try again in a moment."})
+        route.fulfill(
+            status=503,
+            content_type="application/problem+json",
+            json={
+                "type": "/problems/camera-silent",
+                "title": "Unavailable",
+                "status": 503,
+                "detail": "This camera has not delivered a frame yet.",
+                "fix": "Try again in a moment.",
+            },
+        )
 
     page.route("**/api/v1/snapshots", refuse)
     button = page.get_by_test_id("camera-east")
     button.focus()
     for count in (1, 2):
         page.keyboard.press("Enter")
-        until(lambda count=count: page.evaluate("() => 0") or len(asked), lambda seen, count=count: seen == count)
+        until(
+            lambda count=count: page.evaluate("() => 0") or len(asked),
+            lambda seen, count=count: seen == count,
+        )
         expect(button).to_be_enabled()
         expect(button).to_be_focused()
     assert asked == ["east", "east"]
@@ -157,7 +193,10 @@ def test_help_lists_the_keys_switches_those_of_one_letter_off_and_opens_the_manu
 
 def test_the_page_asks_nobody_but_its_own_server(page, server):
     own, elsewhere = (server.url, "data:", "blob:"), []
-    page.on("request", lambda request: None if request.url.startswith(own) else elsewhere.append(request.url))
+    page.on(
+        "request",
+        lambda request: None if request.url.startswith(own) else elsewhere.append(request.url),
+    )
     page.goto(server.url)
     expect(page.get_by_test_id("camera-overhead")).to_be_visible()
     page.goto(server.url + "/docs")
@@ -165,12 +204,17 @@ def test_the_page_asks_nobody_but_its_own_server(page, server):
     assert elsewhere == []
 
 
-@pytest.mark.parametrize("size", [pytest.param((1280, 800), id="laptop"),
-                                  pytest.param((1024, 768), id="tablet")])
+@pytest.mark.parametrize(
+    "size", [pytest.param((1280, 800), id="laptop"), pytest.param((1024, 768), id="tablet")]
+)
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 @pytest.mark.long
-def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp_path, size, scheme):
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+def test_nothing_is_cut_off(
+    browser, server, straight_picture, frame_points, tmp_path, size, scheme
+):
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]}, color_scheme=scheme
+    )
     operator = Operator(context.new_page(), server).visit().open(straight_picture, "table", "full")
     for border in BORDERS:
         operator.click(border, frame_points[border])
@@ -181,8 +225,10 @@ def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp
         assert box["x"] >= 0 and box["x"] + box["width"] <= size[0] + 0.5, shown
     wide = operator.page.evaluate("document.documentElement.scrollWidth")
     assert wide <= size[0]
-    overflowing = operator.page.evaluate("[...document.querySelectorAll('aside, .verdict, footer')]"
-                                         ".filter(e => e.scrollWidth > e.clientWidth + 1)"
-                                         ".map(e => e.className || e.tagName)")
+    overflowing = operator.page.evaluate(
+        "[...document.querySelectorAll('aside, .verdict, footer')]"
+        ".filter(e => e.scrollWidth > e.clientWidth + 1)"
+        ".map(e => e.className || e.tagName)"
+    )
     assert overflowing == []
     context.close()

@@ -19,14 +19,28 @@ SOURCE = "sim://table?size=480x384&fps=10&robots=3"
 @pytest.fixture
 def followed(server):
     """A camera whose active calibration came from its own picture."""
-    answer = server.api("POST", "/cameras", json={"id": ID, "name": "Knocked", "source": SOURCE, "field": "table",
-                                                  "region": "full"})
+    answer = server.api(
+        "POST",
+        "/cameras",
+        json={"id": ID, "name": "Knocked", "source": SOURCE, "field": "table", "region": "full"},
+    )
     assert answer.status_code == 201, answer.text
-    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": ID}), lambda answer: answer.ok)
+    taken = until(
+        lambda: server.api("POST", "/snapshots", json={"camera": ID}), lambda answer: answer.ok
+    )
     snapshot = taken.json()
-    made = server.api("POST", "/calibrations", json={
-        "camera": ID, "snapshot": snapshot["id"], "field": "table", "region": "full", "model": "brown-conrady",
-        "observations": [dict(o) for o in calibrated(SOURCE, "brown-conrady").observations]}).json()
+    made = server.api(
+        "POST",
+        "/calibrations",
+        json={
+            "camera": ID,
+            "snapshot": snapshot["id"],
+            "field": "table",
+            "region": "full",
+            "model": "brown-conrady",
+            "observations": [dict(o) for o in calibrated(SOURCE, "brown-conrady").observations],
+        },
+    ).json()
     activate_despite(server, made["id"])
     yield made["id"]
     server.api("DELETE", f"/cameras/{ID}")
@@ -46,7 +60,9 @@ def is_told(page, level: str) -> None:
         expect(page).not_to_have_title(re.compile("Knocked: The camera has moved"))
 
 
-def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so(operator, server, followed, tmp_path):
+def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so(
+    operator, server, followed, tmp_path
+):
     page = operator.page
     operator.visit()
     card = page.get_by_test_id(f"drift-{ID}")
@@ -80,7 +96,9 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
     manual_picture(page, "drift")
     page.get_by_test_id("look-at-registered").click()
-    expect(page.get_by_text(like("verify.version-points", version=2)).first).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_text(like("verify.version-points", version=2)).first).to_be_visible(
+        timeout=LONG_MS
+    )
     is_told(page, "bad")
     page.screenshot(path=tmp_path / "looked_at.png")
     page.goto(f"{server.url}/#/cameras/{ID}/drift")

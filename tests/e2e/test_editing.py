@@ -25,14 +25,21 @@ WATCH = """() => {
 def editing(arriving, server, straight_picture, frame_points):
     """Six points on the left border, the last of them clicked."""
     kept = server.api("POST", "/snapshots", files={"file": straight_picture.read_bytes()}).json()
-    draft = {"field": "table", "region": "full", "model": None, "options": {}, "observations": [
-        {"feature": "left", "kind": "line", "points": frame_points["left"][:5]}]}
+    draft = {
+        "field": "table",
+        "region": "full",
+        "model": None,
+        "options": {},
+        "observations": [{"feature": "left", "kind": "line", "points": frame_points["left"][:5]}],
+    }
     arriving.go_on(kept["id"], draft, "points").click("left", frame_points["left"][5:])
     assert arriving.points("left") == frame_points["left"]
     return arriving
 
 
-def test_points_are_edited_by_keyboard_and_mouse_and_every_change_can_be_undone(editing, frame_points):
+def test_points_are_edited_by_keyboard_and_mouse_and_every_change_can_be_undone(
+    editing, frame_points
+):
     by_keyboard(editing, frame_points["left"])
     by_mouse(editing, frame_points["left"])
     zoomed_and_panned(editing)
@@ -97,13 +104,19 @@ def zoomed_and_panned(editing):
     page.mouse.move(*before)
     page.mouse.wheel(0, -600)  # nobody waits until the page has heard it
     expect(page.locator("[data-testid=read-out] .zoom")).to_have_text(re.compile("^2"))
-    assert editing.spot(*there) == (pytest.approx(before[0], abs=0.5), pytest.approx(before[1], abs=0.5))
+    assert editing.spot(*there) == (
+        pytest.approx(before[0], abs=0.5),
+        pytest.approx(before[1], abs=0.5),
+    )
     page.keyboard.down(" ")
     page.mouse.down()
     page.mouse.move(before[0] + 50, before[1] + 30)
     page.mouse.up()
     page.keyboard.up(" ")
-    assert editing.spot(*there) == (pytest.approx(before[0] + 50, abs=0.5), pytest.approx(before[1] + 30, abs=0.5))
+    assert editing.spot(*there) == (
+        pytest.approx(before[0] + 50, abs=0.5),
+        pytest.approx(before[1] + 30, abs=0.5),
+    )
 
 
 @pytest.mark.long
@@ -127,7 +140,9 @@ def test_undo_takes_back_another_field_and_its_region(editing):
 def test_the_curve_is_redrawn_in_the_frame_of_the_move(operator, straight_picture, frame_points):
     page = operator.page
     # A parabola through three points follows each; among many, one far off would be a stray and bend nothing.
-    operator.open(straight_picture, "table", "full").use_model("polynomial").click("left", frame_points["left"][:3])
+    operator.open(straight_picture, "table", "full").use_model("polynomial").click(
+        "left", frame_points["left"][:3]
+    )
     page.get_by_test_id("degree").select_option("2")
     found = t("calibrate.borders.degree-found", border=titled("markings.left"), degree=2)
     expect(page.get_by_test_id("degree-reason")).to_contain_text(found)

@@ -19,12 +19,19 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server
     menu.locator("summary").click()
     for name in FORMATS:
         expect(page.get_by_test_id(f"export-{name}")).to_have_count(0 if name in ELSEWHERE else 1)
-    told = {f["format"]: f for f in server.api("GET", f"/calibrations/{it['id']}/exports").json()["items"]}
+    told = {
+        f["format"]: f
+        for f in server.api("GET", f"/calibrations/{it['id']}/exports").json()["items"]
+    }
     for name in set(FORMATS) - ELSEWHERE:
         worst = None if told[name]["loss"] is None else told[name]["loss"]["worst_mm"]
         shown = t("versions.export.exact") if worst is None else f"{worst:.2f} mm"
         expect(page.get_by_test_id(f"cost-{name}")).to_contain_text(shown)
-    assert told["opencv"]["exact"] and not told["ssl-vision"]["exact"] and told["ssl-vision"]["loss"]["worst_mm"] > 0.01
+    assert (
+        told["opencv"]["exact"]
+        and not told["ssl-vision"]["exact"]
+        and told["ssl-vision"]["loss"]["worst_mm"] > 0.01
+    )
     menu.scroll_into_view_if_needed()
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     manual_picture(page, "formats")
@@ -35,7 +42,10 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server
     assert coming.value.suggested_filename.endswith(".yml")
     with page.expect_download() as coming:
         page.get_by_test_id("export-ssl-vision").click()
-    assert coming.value.suggested_filename.endswith(".pb") and coming.value.path().read_bytes()[:1] == b"\x12"
+    assert (
+        coming.value.suggested_filename.endswith(".pb")
+        and coming.value.path().read_bytes()[:1] == b"\x12"
+    )
 
 
 @pytest.mark.long

@@ -24,12 +24,20 @@ from tests.support.words import t, titled
 
 def check_lab_field(field_desk) -> None:
     lab, whole = field_of(field_desk, "lab-field"), field_of(field_desk, "ssl-div-b")
-    assert (lab["title"], lab["length_mm"], lab["width_mm"], lab["own"]) == ("Lab field", 4500, 3000, True)
+    assert (lab["title"], lab["length_mm"], lab["width_mm"], lab["own"]) == (
+        "Lab field",
+        4500,
+        3000,
+        True,
+    )
     assert named(lab["lines"]).keys() == named(whole["lines"]).keys() - {"centre-line"}
     front = named(lab["lines"])["defence-left-front"]
     assert (front["from"], front["to"]) == ([-1750, -500], [-1750, 500])
     assert lab["arcs"][0]["radius_mm"] == 250 and lab["landmarks"]["circle-left"] == [-250, 0]
-    assert (lab["regions"]["full"]["x"], lab["regions"]["full"]["y"]) == ([-2250, 2250], [-1500, 1500])
+    assert (lab["regions"]["full"]["x"], lab["regions"]["full"]["y"]) == (
+        [-2250, 2250],
+        [-1500, 1500],
+    )
 
 
 def test_a_half_size_lab_field_is_made_by_mouse_and_calibrated_without_clicks(editor, field_desk):
@@ -44,7 +52,11 @@ def test_a_half_size_lab_field_is_made_by_mouse_and_calibrated_without_clicks(ed
     check_lab_field(field_desk)
     calibrate_without_clicks(operator, "lab-field", f"sim://lab-field{OBLIQUE}", "lab")
     made = camera_of(field_desk, "lab")["active"]
-    assert made["field"] == "lab-field" and made["field_changes"] == [] and made["verdict"]["level"] == "good"
+    assert (
+        made["field"] == "lab-field"
+        and made["field_changes"] == []
+        and made["verdict"]["level"] == "good"
+    )
 
 
 def test_it_is_made_by_the_keyboard_alone(editor, field_desk):
@@ -58,7 +70,9 @@ def test_it_is_made_by_the_keyboard_alone(editor, field_desk):
         editor.keyboard.press("Enter")
     keys.to("field-stage")
     editor.keyboard.press("Tab")  # the first marking
-    while titled("markings.centre-line") not in editor.get_by_test_id("field-read-out").inner_text():
+    while (
+        titled("markings.centre-line") not in editor.get_by_test_id("field-read-out").inner_text()
+    ):
         editor.keyboard.press("n")
     editor.keyboard.press("Delete")
     editor.keyboard.press("Control+s")
@@ -66,7 +80,9 @@ def test_it_is_made_by_the_keyboard_alone(editor, field_desk):
     check_lab_field(field_desk)
 
 
-def test_a_penalty_area_is_moved_with_all_that_belongs_to_it_and_one_undo_takes_it_back(editor, field_desk):
+def test_a_penalty_area_is_moved_with_all_that_belongs_to_it_and_one_undo_takes_it_back(
+    editor, field_desk
+):
     page, area = editor, ("front", "top", "bottom")
     copy(page, field_desk, "ssl-div-b")
     fill(page, "title", "Moved")
@@ -83,18 +99,35 @@ def test_a_penalty_area_is_moved_with_all_that_belongs_to_it_and_one_undo_takes_
     page.mouse.up()
     save(page, "moved")
     before, after = field_of(field_desk, "ssl-div-b"), field_of(field_desk, "moved")
-    by = after["landmarks"]["defence-left-middle"][0] - before["landmarks"]["defence-left-middle"][0]
+    by = (
+        after["landmarks"]["defence-left-middle"][0] - before["landmarks"]["defence-left-middle"][0]
+    )
     assert abs(by - 300) <= 15 and by % 5 == 0  # a pixel is some ten millimetres
 
     def shifted(field: dict) -> dict:
         lines = named(field["lines"])
-        return lines | {f"defence-left-{side}": {**lines[f"defence-left-{side}"], **{
-            end: [lines[f"defence-left-{side}"][end][0] + by, lines[f"defence-left-{side}"][end][1]]
-            for end in ("from", "to")}} for side in area}
+        return lines | {
+            f"defence-left-{side}": {
+                **lines[f"defence-left-{side}"],
+                **{
+                    end: [
+                        lines[f"defence-left-{side}"][end][0] + by,
+                        lines[f"defence-left-{side}"][end][1],
+                    ]
+                    for end in ("from", "to")
+                },
+            }
+            for side in area
+        }
+
     assert named(after["lines"]) == shifted(before)
-    moved = {name for name, place in after["landmarks"].items() if place != before["landmarks"][name]}
-    assert moved == {f"defence-left-{spot}" for spot in (
-        "corner-top", "foot-top", "corner-bottom", "foot-bottom", "middle")}
+    moved = {
+        name for name, place in after["landmarks"].items() if place != before["landmarks"][name]
+    }
+    assert moved == {
+        f"defence-left-{spot}"
+        for spot in ("corner-top", "foot-top", "corner-bottom", "foot-bottom", "middle")
+    }
     assert after["regions"] == before["regions"]
     page.keyboard.press("Control+z")
     save(page, "moved")
@@ -133,21 +166,33 @@ def test_ends_radii_and_edges_are_dragged_together_or_alone(editor, field_desk):
     now, before = field_of(field_desk, "dragged"), field_of(field_desk, "ssl-div-b")
     lines = named(now["lines"])
     corner = lines["goal-line-left"]["to"]
-    assert corner[1] < 2900 and corner == lines["touch-line-top"]["from"] == now["landmarks"]["corner-top-left"]
-    assert lines["halfway-line"]["to"][1] < 2900 and now["landmarks"]["halfway-top"] == [0, 3000], "alone"
+    assert (
+        corner[1] < 2900
+        and corner == lines["touch-line-top"]["from"] == now["landmarks"]["corner-top-left"]
+    )
+    assert lines["halfway-line"]["to"][1] < 2900 and now["landmarks"]["halfway-top"] == [0, 3000], (
+        "alone"
+    )
     radius = now["arcs"][0]["radius_mm"]
     assert radius > 600 and now["landmarks"]["circle-right"] == [radius, 0]
-    assert now["regions"]["half-right"]["x"][0] < -100 and now["regions"]["half-right"]["x"][1] == 4485
-    assert lines["touch-line-top"]["to"] == [4485, 3000] and now["landmarks"]["goal-right-post-top"] == [4485, 500]
+    assert (
+        now["regions"]["half-right"]["x"][0] < -100 and now["regions"]["half-right"]["x"][1] == 4485
+    )
+    assert lines["touch-line-top"]["to"] == [4485, 3000] and now["landmarks"][
+        "goal-right-post-top"
+    ] == [4485, 500]
     assert now["regions"]["half-left"] == before["regions"]["half-left"]
     editor.get_by_test_id("mark-region-half-right").click()
     drag(editor, centre_of(editor, "grip-x0"), (60, 0))
     editor.keyboard.press("Control+z")
     expect(editor.get_by_test_id("entry-regions.half-right.x[0]")).to_have_value(
-        f"{now['regions']['half-right']['x'][0]:g}")
+        f"{now['regions']['half-right']['x'][0]:g}"
+    )
 
 
-@pytest.mark.browser_context_args(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+@pytest.mark.browser_context_args(
+    viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True
+)
 def test_a_finger_reaches_every_number_below_the_drawing(new_context, field_desk):
     page = new_context().new_page()
     page.goto(f"{field_desk.url}/#/library/new-field/ssl-div-b")
@@ -160,7 +205,11 @@ def test_a_finger_reaches_every_number_below_the_drawing(new_context, field_desk
 
 
 def test_what_was_refused_is_marked_and_shown(editor, field_desk):
-    field_desk.api("PUT", "/fields/mine", json={**field_of(field_desk, "table"), "name": "mine", "title": "Mine"})
+    field_desk.api(
+        "PUT",
+        "/fields/mine",
+        json={**field_of(field_desk, "table"), "name": "mine", "title": "Mine"},
+    )
     copy(editor, field_desk, "table")
     fill(editor, "title", "Far away")
     fill(editor, "name", "mine")
@@ -184,7 +233,9 @@ def test_what_was_refused_is_marked_and_shown(editor, field_desk):
 
 def test_of_two_who_change_a_field_neither_loses_anything(editor, field_desk):
     table = field_of(field_desk, "table")
-    first = field_desk.api("PUT", "/fields/mine", json={**table, "name": "mine", "title": "Mine"}).json()
+    first = field_desk.api(
+        "PUT", "/fields/mine", json={**table, "name": "mine", "title": "Mine"}
+    ).json()
     editor.goto(f"{field_desk.url}/#/library/fields/mine")
     fill(editor, "title", "Mine, by page")
     field_desk.api("PUT", "/fields/mine", json={**first, "title": "Mine, by script"})
@@ -205,9 +256,16 @@ def test_of_two_who_change_a_field_neither_loses_anything(editor, field_desk):
 
 
 def test_a_field_is_deleted_once_nothing_names_it_and_put_back(editor, field_desk):
-    field_desk.api("PUT", "/fields/mine", json={**field_of(field_desk, "table"), "name": "mine", "title": "Mine"})
-    field_desk.api("POST", "/cameras", json={"id": "over", "name": "Over mine", "source": "sim://table",
-                                             "field": "table"})
+    field_desk.api(
+        "PUT",
+        "/fields/mine",
+        json={**field_of(field_desk, "table"), "name": "mine", "title": "Mine"},
+    )
+    field_desk.api(
+        "POST",
+        "/cameras",
+        json={"id": "over", "name": "Over mine", "source": "sim://table", "field": "table"},
+    )
     editor.goto(f"{field_desk.url}/#/library/fields/mine")
     editor.get_by_test_id("use-for").select_option("over")
     expect(editor.get_by_text(t("field-editor.use.under", cameras="Over mine"))).to_be_visible()
@@ -225,8 +283,15 @@ def test_a_field_is_deleted_once_nothing_names_it_and_put_back(editor, field_des
 def test_a_geometry_packet_becomes_a_field(editor, field_desk):
     packet = field_desk.api("GET", "/fields/ssl-div-b/export/ssl-vision").content
     editor.goto(f"{field_desk.url}/#/library/fields")
-    editor.get_by_test_id("field-file").set_input_files({"name": "field.pb", "mimeType": "", "buffer": packet})
-    expect(editor.get_by_test_id("entry-title")).to_have_value("RoboCup Small Size League, Division B (2)")
+    editor.get_by_test_id("field-file").set_input_files(
+        {"name": "field.pb", "mimeType": "", "buffer": packet}
+    )
+    expect(editor.get_by_test_id("entry-title")).to_have_value(
+        "RoboCup Small Size League, Division B (2)"
+    )
     fill(editor, "title", "From the network")
     save(editor, "from-the-network")
-    assert field_of(field_desk, "from-the-network")["lines"] == field_of(field_desk, "ssl-div-b")["lines"]
+    assert (
+        field_of(field_desk, "from-the-network")["lines"]
+        == field_of(field_desk, "ssl-div-b")["lines"]
+    )

@@ -14,7 +14,9 @@ LINE_X = 80.0  # of the drawn frame's left side
 BESIDE_STAGE_PX = 17  # beyond a mouse's reach of 12 on the screen, within a finger's 22
 
 
-def test_a_tap_beside_a_line_lands_on_its_middle_where_a_click_would_stay(browser, server, straight_picture):
+def test_a_tap_beside_a_line_lands_on_its_middle_where_a_click_would_stay(
+    browser, server, straight_picture
+):
     context = browser.new_context(viewport={"width": 1024, "height": 768}, has_touch=True)
     page = context.new_page()
     # as every lens makes it: a hard edge is known to half a pixel
@@ -24,9 +26,13 @@ def test_a_tap_beside_a_line_lands_on_its_middle_where_a_click_would_stay(browse
     on_line, y = operator.spot(LINE_X, 220)
     page.touchscreen.tap(on_line + BESIDE_STAGE_PX, y)
     snapped = like("calibrate.snapping.snapped").pattern
-    expect(page.get_by_test_id("snap-said")).to_have_text(re.compile("^" + snapped.replace(".*?", r"\d+\.\d") + "$"))
-    until(lambda: operator.points("left"), lambda points: points == [
-        [pytest.approx(LINE_X, abs=0.1), pytest.approx(220, abs=1)]])
+    expect(page.get_by_test_id("snap-said")).to_have_text(
+        re.compile("^" + snapped.replace(".*?", r"\d+\.\d") + "$")
+    )
+    until(
+        lambda: operator.points("left"),
+        lambda points: points == [[pytest.approx(LINE_X, abs=0.1), pytest.approx(220, abs=1)]],
+    )
 
     page.mouse.click(on_line + BESIDE_STAGE_PX, operator.spot(LINE_X, 300)[1])
     expect(page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=2))

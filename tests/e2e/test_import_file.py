@@ -22,8 +22,17 @@ def exported(server):
 @pytest.fixture
 def camera(server):
     """One of its own: what is activated here is of a picture of another size than the demo's cameras give."""
-    made = server.api("POST", "/cameras", json={"id": "importing", "name": "Importing", "field": "ssl-div-b",
-                                                "region": "half", "source": "sim://ssl-div-b?size=320x256&fps=3"})
+    made = server.api(
+        "POST",
+        "/cameras",
+        json={
+            "id": "importing",
+            "name": "Importing",
+            "field": "ssl-div-b",
+            "region": "half",
+            "source": "sim://ssl-div-b?size=320x256&fps=3",
+        },
+    )
     assert made.status_code == 201, made.text
     yield "importing"
     server.api("DELETE", "/cameras/importing")
@@ -38,8 +47,9 @@ def file_of(name, data, kind="application/octet-stream"):
     return {"name": name, "mimeType": kind, "buffer": data}
 
 
-def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_activated(exported, server, page, camera,
-                                                                                    tmp_path):
+def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_activated(
+    exported, server, page, camera, tmp_path
+):
     data = exported("opencv")
     start(page, server)
     page.get_by_text(t("versions.import.beside")).click()
@@ -51,7 +61,9 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
     chooser.value.set_files(file_of("north.yml", data))
     imported = like("versions.import.imported-for", camera="Importing")
     expect(page.get_by_test_id("imported")).to_contain_text(imported, timeout=LONG_MS)
-    said = re.search(imported.pattern.replace(".*?", r"(\d+)"), page.get_by_test_id("imported").inner_text())
+    said = re.search(
+        imported.pattern.replace(".*?", r"(\d+)"), page.get_by_test_id("imported").inner_text()
+    )
     listed = server.api("GET", f"/calibrations?camera={camera}").json()["items"]
     kept = next(it for it in listed if it["version"] == int(said[1]))
     assert "Imported from" in kept["note"] and kept["made_by"]
@@ -63,11 +75,15 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
 
 
 @pytest.mark.long
-def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exported, server, page, tmp_path):
+def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(
+    exported, server, page, tmp_path
+):
     data = exported("json")
     start(page, server)
     drop(page, "cal.json", data.decode())
-    expect(page.get_by_test_id("imported")).to_contain_text(like("versions.import.imported"), timeout=LONG_MS)
+    expect(page.get_by_test_id("imported")).to_contain_text(
+        like("versions.import.imported"), timeout=LONG_MS
+    )
     drop(page, "broken.json", '{"format": "nonsense"')
     expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.json: ", timeout=LONG_MS)
     expect(page.get_by_test_id("imported")).to_have_count(0)
@@ -75,14 +91,21 @@ def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exp
     page.screenshot(path=tmp_path / "refused.png")
     record = json.loads(data)
     page.get_by_test_id("import-file").set_input_files(
-        file_of("other.json", json.dumps({**record, "corrected_size": [100, 100]}).encode()))
+        file_of("other.json", json.dumps({**record, "corrected_size": [100, 100]}).encode())
+    )
     expect(page.get_by_test_id("import-refusal")).to_contain_text("do not match", timeout=LONG_MS)
 
 
 def drop(page, name, text):
     """Once the page listens: it then keeps the browser from opening the file itself."""
-    until(lambda: page.evaluate("""([name, text]) => {
+    until(
+        lambda: page.evaluate(
+            """([name, text]) => {
       const data = new DataTransfer();
       data.items.add(new File([text], name, { type: "application/json" }));
       return dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
-    }""", [name, text]), lambda is_left_to_browser: not is_left_to_browser)
+    }""",
+            [name, text],
+        ),
+        lambda is_left_to_browser: not is_left_to_browser,
+    )

@@ -14,6 +14,7 @@ KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
 
 def with_left(count):
     """A change of the draft: no more than so many points on the left border."""
+
     def change(draft):
         del clicks_left(draft)[count:]
 
@@ -73,8 +74,14 @@ def test_a_border_whose_end_is_a_guess_is_clicked_there(clicked):
 def test_an_inside_that_nobody_clicked_takes_the_operator_to_a_line_inside(clicked):
     page = clicked("polynomial").page
     warning = page.locator('[data-reason="inside-not-checked"]')
-    page.get_by_text(re.compile("|".join(
-        like("calibrate.warnings.more", **how_many).pattern for how_many in ({}, {"count": 1})))).click()
+    page.get_by_text(
+        re.compile(
+            "|".join(
+                like("calibrate.warnings.more", **how_many).pattern
+                for how_many in ({}, {"count": 1})
+            )
+        )
+    ).click()
     expect(warning).to_be_visible()
     warning.get_by_test_id("cure-click").click()
     expect(page.get_by_test_id("inside-centre-circle")).to_have_attribute("aria-pressed", "true")

@@ -20,7 +20,9 @@ def astray(clicked):
     expect(operator.page.get_by_test_id("residuals")).to_have_count(0)  # until it is opened
     operator.unfold("residuals")
     expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=LONG_MS)
-    expect(operator.page.get_by_test_id("residual-said")).to_contain_text(t("common.strays", count=1), timeout=LONG_MS)
+    expect(operator.page.get_by_test_id("residual-said")).to_contain_text(
+        t("common.strays", count=1), timeout=LONG_MS
+    )
     # The whole fit is there.
     expect(operator.page.locator('[data-reason="stray-click"]')).to_be_visible(timeout=LONG_MS)
     return operator
@@ -30,7 +32,9 @@ def said(page):
     return page.get_by_test_id("residual-said")
 
 
-def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_selected_and_told(astray, tmp_path):
+def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_selected_and_told(
+    astray, tmp_path
+):
     page = astray.page
     plot = page.get_by_test_id("residuals")
     plot.scroll_into_view_if_needed()
@@ -39,8 +43,9 @@ def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_selected_and_to
     ring = page.get_by_test_id("hovered").locator("circle")
     expect(ring).to_have_count(1)
     feature, index = ring.get_attribute("data-of").split(":")
-    expect(said(page)).to_contain_text(t(
-        "common.point-of", feature=titled(f"markings.{feature}"), number=int(index) + 1))
+    expect(said(page)).to_contain_text(
+        t("common.point-of", feature=titled(f"markings.{feature}"), number=int(index) + 1)
+    )
     x, y = astray.spot(*astray.points(feature)[int(index)])
     on_screen = ring.bounding_box()
     centre = on_screen["x"] + on_screen["width"] / 2, on_screen["y"] + on_screen["height"] / 2
@@ -59,7 +64,9 @@ def told_in_px_and_mm(astray):
     page = astray.page
     draft = astray.draft()
     body = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
-    report = astray.server.api("POST", "/fit/preview", json={**body, "snapshot": astray.snapshot}).json()["report"]
+    report = astray.server.api(
+        "POST", "/fit/preview", json={**body, "snapshot": astray.snapshot}
+    ).json()["report"]
     right = next(f for f in report["per_feature"] if f["feature"] == "right")["residuals"]
     x, y = astray.spot(*astray.points("right")[1])
     page.mouse.move(x, y)
@@ -75,7 +82,9 @@ def test_what_is_pointed_at_in_the_picture_stands_in_the_plot(astray):
     page = astray.page
     x, y = astray.spot(*astray.points("top")[2])
     page.mouse.move(x + 3, y + 2)
-    expect(said(page)).to_contain_text(t("common.point-of", feature=titled("markings.top"), number=3))
+    expect(said(page)).to_contain_text(
+        t("common.point-of", feature=titled("markings.top"), number=3)
+    )
     # left and right come before
     expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", str(7 + 7 + 2))
     page.mouse.move(x, y + 120)

@@ -19,7 +19,9 @@ def test_a_picture_opened_before_the_lists_are_there_stays(page, server, straigh
     page.route("**/api/v1/fields", lambda route: held.append(route))
     with page.expect_request("**/api/v1/fields"):
         page.goto(server.url)
-    with page.expect_response(lambda answer: answer.request.method == "POST" and answer.url.endswith("/snapshots")):
+    with page.expect_response(
+        lambda answer: answer.request.method == "POST" and answer.url.endswith("/snapshots")
+    ):
         page.get_by_test_id("file").set_input_files(straight_picture)
     held[0].continue_()
     expect(page.get_by_test_id("field")).to_be_visible()
@@ -42,13 +44,25 @@ def test_a_reload_goes_on_where_the_operator_stood(operator, straight_picture, f
 
 
 def test_a_click_that_was_not_saved_yet_survives_a_reload_and_one_undone_while_it_is_saved_is_gone(
-        arriving, server, straight_picture, frame_points):
+    arriving, server, straight_picture, frame_points
+):
     operator, page, left = arriving, arriving.page, frame_points["left"]
     kept = server.api("POST", "/snapshots", files={"file": straight_picture.read_bytes()}).json()
-    operator.go_on(kept["id"], {"field": "table", "region": "full", "model": None, "options": {}, "observations": [
-        {"feature": "left", "kind": "line", "points": left[:3]}]}, "points")
+    operator.go_on(
+        kept["id"],
+        {
+            "field": "table",
+            "region": "full",
+            "model": None,
+            "options": {},
+            "observations": [{"feature": "left", "kind": "line", "points": left[:3]}],
+        },
+        "points",
+    )
     drafts = "**/api/v1/drafts/*"
-    page.route(drafts, lambda route: route.abort() if route.request.method == "PUT" else route.continue_())
+    page.route(
+        drafts, lambda route: route.abort() if route.request.method == "PUT" else route.continue_()
+    )
     operator.click("left", left[3:4])
     expect(page.get_by_test_id("saved")).to_have_attribute("data-state", "away")
     page.reload()
@@ -67,8 +81,9 @@ def test_a_click_that_was_not_saved_yet_survives_a_reload_and_one_undone_while_i
     assert operator.points("left") == left[:4]
 
 
-def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operator, server, straight_picture,
-                                                                         frame_points):
+def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(
+    operator, server, straight_picture, frame_points
+):
     """Behind a proxy that passes no sockets, so that neither hears of the other before it saves."""
     no_line = ("**/drafts/*/stream*", lambda line: line.close())
     operator.page.route_web_socket(*no_line)
@@ -103,7 +118,9 @@ def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operat
 
 
 @pytest.mark.long
-def test_of_two_changes_by_another_hand_the_later_one_is_shown(operator, server, straight_picture, frame_points):
+def test_of_two_changes_by_another_hand_the_later_one_is_shown(
+    operator, server, straight_picture, frame_points
+):
     """However late the page hears what the first one was."""
     page, told, held, late = operator.page, [], [], [True]
 
@@ -116,7 +133,9 @@ def test_of_two_changes_by_another_hand_the_later_one_is_shown(operator, server,
     def save(points):
         tag = server.api("GET", path).headers["ETag"]
         left = [{"feature": "left", "kind": "line", "points": points}]
-        assert server.api("PUT", path, json=empty | {"observations": left}, headers={"If-Match": tag}).ok
+        assert server.api(
+            "PUT", path, json=empty | {"observations": left}, headers={"If-Match": tag}
+        ).ok
 
     def wait_until(holds):
         for _ in range(LONG_MS // 50):
@@ -160,9 +179,15 @@ def test_work_goes_on_while_the_server_is_away(page, own_server, straight_pictur
 
 
 @pytest.mark.long
-def test_of_two_pictures_that_are_opened_the_one_asked_for_last_stays(operator, server, straight_picture, frame_points):
+def test_of_two_pictures_that_are_opened_the_one_asked_for_last_stays(
+    operator, server, straight_picture, frame_points
+):
     page = operator.page
-    first = operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3]).snapshot
+    first = (
+        operator.open(straight_picture, "table", "full")
+        .click("left", frame_points["left"][:3])
+        .snapshot
+    )
     operator.draft()
     page.goto(f"{server.url}/#/library/images")
     second = server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]

@@ -49,10 +49,16 @@ def strangers(page) -> set[str]:
     """What the page shows in English although neither the server nor the operator said it, and ids of the server."""
     shown = page.evaluate(SHOWN)
     heard = page.evaluate("window.heard")  # after it: no text is shown before it was heard
-    ids = ({plain(it) for it in (*heard, *MARKINGS, *AREAS) if ID.fullmatch(it)} | {*BORDERS, *AREAS}) - SAID
+    ids = (
+        {plain(it) for it in (*heard, *MARKINGS, *AREAS) if ID.fullmatch(it)} | {*BORDERS, *AREAS}
+    ) - SAID
     heard = plain("\n".join(heard))
-    return {run for text in shown for run in ENGLISH.findall(ADDRESS.sub("", text))
-            if plain(run) in ids or (plain(run) not in heard and not {*run.split()} <= NAMES)}
+    return {
+        run
+        for text in shown
+        for run in ENGLISH.findall(ADDRESS.sub("", text))
+        if plain(run) in ids or (plain(run) not in heard and not {*run.split()} <= NAMES)
+    }
 
 
 @pytest.fixture
@@ -64,7 +70,9 @@ def pseudo(browser):
     context.close()
 
 
-def test_every_text_of_every_page_and_step_comes_from_the_catalogue(pseudo, saved, server, access_rig):
+def test_every_text_of_every_page_and_step_comes_from_the_catalogue(
+    pseudo, saved, server, access_rig
+):
     kept, page, found = saved("brown-conrady"), pseudo.new_page(), {}
     for name, (address, place) in PLACES.items():
         page.goto(f"{server.url}/{address}")
@@ -135,23 +143,30 @@ def test_no_hint_of_the_german_status_bar_is_cut(browser, saved, server):
             page.set_viewport_size({"width": width, "height": 800})
             found[step, width] = page.locator("footer").evaluate(HINTS)
     context.close()
-    assert {at: is_so for at, is_so in found.items() if is_so != [True, True, [0, True], True]} == {}
+    assert {
+        at: is_so for at, is_so in found.items() if is_so != [True, True, [0, True], True]
+    } == {}
 
 
 # No German text has them; names of fields, models, files and operators have none of them either.
 ENGLISH_ONLY = re.compile(
-    r"\b(the|of|is|are|were|with|and|from|this|not|no|your?|its?|has|have|been|to|for|by|at|on)\b")
+    r"\b(the|of|is|are|were|with|and|from|this|not|no|your?|its?|has|have|been|to|for|by|at|on)\b"
+)
 
 
-def test_a_german_telephone_gets_a_german_page_with_nothing_english_in_it_and_nothing_cut_off(browser, saved, server,
-                                                                                             access_rig):
+def test_a_german_telephone_gets_a_german_page_with_nothing_english_in_it_and_nothing_cut_off(
+    browser, saved, server, access_rig
+):
     kept, size = saved("brown-conrady"), {"width": 360, "height": 740}
     context = browser.new_context(locale="de-DE", viewport=size, has_touch=True)
     page, found = context.new_page(), {}
 
     def wrong() -> list[str]:
-        english = [text for text in page.evaluate(SHOWN)
-                   if ENGLISH_ONLY.search(text) and not text.startswith("/")]  # a path
+        english = [
+            text
+            for text in page.evaluate(SHOWN)
+            if ENGLISH_ONLY.search(text) and not text.startswith("/")
+        ]  # a path
         return english + cut_off(page, **size)
 
     for name, (address, place) in PLACES.items():

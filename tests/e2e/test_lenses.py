@@ -22,8 +22,11 @@ def test_the_lens_of_an_earlier_calibration_is_held_and_stays_held(clicked, save
     operator.next("verify")
     made = operator.saved()
     for name in ("focal_px", "lens_terms", "centre_px"):
-        assert made["model"]["parameters"][name] == pytest.approx(earlier["model"]["parameters"][name], rel=1e-9), name
+        assert made["model"]["parameters"][name] == pytest.approx(
+            earlier["model"]["parameters"][name], rel=1e-9
+        ), name
     page.reload()
     expect(page.get_by_test_id("sentence")).to_contain_text(
-        t("shell.sentence.version-inactive", version=made["version"]))
+        t("shell.sentence.version-inactive", version=made["version"])
+    )
     expect(page.get_by_test_id("changed")).to_have_count(0)

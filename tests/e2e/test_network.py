@@ -21,7 +21,9 @@ ASKED_MM = 10
 
 def activate(server, camera: str, name: str, index: int) -> None:
     data = interchange.export(example(name, index), "json").data
-    made = server.api("POST", "/calibrations/import", files={"file": ("a.json", data)}, data={"camera": camera}).json()
+    made = server.api(
+        "POST", "/calibrations/import", files={"file": ("a.json", data)}, data={"camera": camera}
+    ).json()
     activate_despite(server, made["id"])
 
 
@@ -43,7 +45,9 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
     expect(page.get_by_test_id("sent-overhead")).to_contain_text(t("network.sent.ready"))
 
     with Listener(**way) as ear:
-        for name, value in ({name: way[name] for name in ("group", "port", "ttl")} | {"limit_mm": ASKED_MM}).items():
+        for name, value in (
+            {name: way[name] for name in ("group", "port", "ttl")} | {"limit_mm": ASKED_MM}
+        ).items():
             page.get_by_test_id(f"network-{name}").fill(str(value))
             with page.expect_response(is_set):
                 page.get_by_test_id(f"network-{name}").press("Tab")
@@ -52,13 +56,23 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
         page.get_by_test_id("publish").click()
         expect(state).to_have_attribute("data-state", "on-air")
         expect(state).to_contain_text(
-            t("network.summary.sent", count=1, total=2, group=way["group"], port=way["port"], interface="lo"))
+            t(
+                "network.summary.sent",
+                count=1,
+                total=2,
+                group=way["group"],
+                port=way["port"],
+                interface="lo",
+            )
+        )
         assert len(listener.Packet.FromString(ear.receive().data).geometry.calib) == 1
 
         # the notice says it, too
         expect(page.get_by_role("cell", name="both have camera number 0")).to_be_visible()
         page.get_by_test_id("number-east").fill("1")
-        with page.expect_response(lambda r: r.request.method == "GET" and r.url.endswith("/publishing/heard")):
+        with page.expect_response(
+            lambda r: r.request.method == "GET" and r.url.endswith("/publishing/heard")
+        ):
             pass  # the panel is drawn again while the number is being typed
         expect(page.get_by_test_id("number-east")).to_have_value("1")
         page.get_by_test_id("number-east").press("Tab")
@@ -68,28 +82,43 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
 
         expect(page.get_by_test_id("nobody")).to_be_visible()  # it listens while it publishes
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-            theirs = listener.Packet.FromString(geometry_packet(published_cameras([example("ssl", 1)],
-                                                                                  PublishingConfig())))
-            theirs.geometry.models.chip_fixed_loss.MergeFrom(listener.CLASSES["SSL_BallModelChipFixedLoss"](
-                damping_xy_first_hop=0.5, damping_xy_other_hops=0.8, damping_z=0.5))
+            theirs = listener.Packet.FromString(
+                geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig()))
+            )
+            theirs.geometry.models.chip_fixed_loss.MergeFrom(
+                listener.CLASSES["SSL_BallModelChipFixedLoss"](
+                    damping_xy_first_hop=0.5, damping_xy_other_hops=0.8, damping_z=0.5
+                )
+            )
             port = said(theirs.SerializeToString(), **way, sock=stranger)
             told = page.get_by_test_id("contradiction")
             expect(told).to_contain_text(
-                t("network.contradiction", sender="127.0.0.1", number=0, camera="overhead"), timeout=LONG_MS)
+                t("network.contradiction", sender="127.0.0.1", number=0, camera="overhead"),
+                timeout=LONG_MS,
+            )
             expect(page.get_by_test_id("passed-on")).to_contain_text("127.0.0.1")
-            ear.hear_until(lambda came: listener.Packet.FromString(came.data).geometry.HasField("models"))
+            ear.hear_until(
+                lambda came: listener.Packet.FromString(came.data).geometry.HasField("models")
+            )
             manual_picture(page.get_by_test_id("network"), "ssl-vision")
             page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
             notice = page.get_by_test_id("notice").filter(
-                has_text=t("network.kept", number=0, sender="127.0.0.1", version=2, camera="overhead"))
+                has_text=t(
+                    "network.kept", number=0, sender="127.0.0.1", version=2, camera="overhead"
+                )
+            )
             press_activate(page, notice.get_by_role("button", name=t("network.kept.activate")))
-            ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6))
+            ear.hear_until(
+                lambda came: focal(came) == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6)
+            )
             # both say the same now
             expect(page.get_by_test_id("contradiction")).to_have_count(0, timeout=LONG_MS)
 
         page.get_by_test_id("publish").click()
         expect(state).to_have_attribute("data-state", "off")
-    assert re.search("Received from 127.0.0.1", own_server.api("GET", "/calibrations").json()["items"][0]["note"])
+    assert re.search(
+        "Received from 127.0.0.1", own_server.api("GET", "/calibrations").json()["items"][0]["note"]
+    )
 
 
 @pytest.mark.long
@@ -98,5 +127,7 @@ def test_an_interface_that_is_not_there_is_told_on_the_page(page, own_server):
     assert own_server.api("PUT", "/publishing", json={"interface": "gone0"}).ok
     page.reload()
     page.get_by_test_id("publish").click()
-    expect(page.get_by_test_id("notice").filter(has_text="This computer has no interface gone0.")).to_be_visible()
+    expect(
+        page.get_by_test_id("notice").filter(has_text="This computer has no interface gone0.")
+    ).to_be_visible()
     expect(page.get_by_test_id("network-state")).to_have_attribute("data-state", "off")

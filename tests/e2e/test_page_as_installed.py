@@ -32,7 +32,12 @@ def test_every_place_opens_and_a_camera_is_added(page, installed):
     said: list[str] = []
     page.on("console", lambda message: said.append(f"{message.text} {message.location}"))
     page.on("pageerror", lambda error: said.append(str(error)))
-    page.on("response", lambda answer: said.append(f"{answer.status} {answer.url}") if answer.status >= 400 else None)
+    page.on(
+        "response",
+        lambda answer: (
+            said.append(f"{answer.status} {answer.url}") if answer.status >= 400 else None
+        ),
+    )
     page.set_default_timeout(LONG_MS)
     page.goto(f"{installed.url}/#/cameras/new")
     page.get_by_test_id("camera-source").fill("sim://table?size=320x256&fps=5")
@@ -41,9 +46,14 @@ def test_every_place_opens_and_a_camera_is_added(page, installed):
     page.get_by_test_id("camera-id").fill("spare")
     page.get_by_test_id("camera-field").select_option("table")
     page.get_by_test_id("next").click()
-    expect(page.get_by_test_id("live-spare")).to_have_attribute("data-state", "live", timeout=LONG_MS)
+    expect(page.get_by_test_id("live-spare")).to_have_attribute(
+        "data-state", "live", timeout=LONG_MS
+    )
 
-    taken = until(partial(installed.api, "POST", "/snapshots", json={"camera": "overhead"}), lambda answer: answer.ok)
+    taken = until(
+        partial(installed.api, "POST", "/snapshots", json={"camera": "overhead"}),
+        lambda answer: answer.ok,
+    )
     rig = {"title": "", "field": "ssl-div-b", "cameras": [{"camera": "overhead", "region": "half"}]}
     assert installed.api("PUT", "/rigs/above", json=rig).ok
     for address, place in ADDRESSES.items():

@@ -49,14 +49,18 @@ def job(page, id):
 def versions(server, clicks):
     """Three versions of the camera "table", the newest last, none active; deleted in the end as far as that can be."""
     task = {**clicks("ssl_2008_half"), "camera": "table", "model": "polynomial"}
-    made = [server.api("POST", "/calibrations", json={**task, "options": {"degree": degree}}).json()
-            for degree in (1, 2, 3)]
+    made = [
+        server.api("POST", "/calibrations", json={**task, "options": {"degree": degree}}).json()
+        for degree in (1, 2, 3)
+    ]
     yield made
     for version in made:
         server.api("DELETE", f"/calibrations/{version['id']}")
 
 
-def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operator, server, clicks, tmp_path):
+def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(
+    operator, server, clicks, tmp_path
+):
     page, id = operator.page, comparison(server, clicks, 5000)
     expect(page.get_by_test_id("at-work")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("at-work").click()
@@ -70,11 +74,20 @@ def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operato
 
     picture = encoded("png", gradient(780, 580))  # of the clicks' size
     snapshot = server.api("POST", "/snapshots", files={"file": picture}).json()
-    body = {**clicks("ssl_2008_half"), "snapshot": snapshot["id"], "image_size": None, "model": "homography"}
-    made = server.api("POST", "/calibrations?job=true", json={k: v for k, v in body.items() if v}).json()["id"]
+    body = {
+        **clicks("ssl_2008_half"),
+        "snapshot": snapshot["id"],
+        "image_size": None,
+        "model": "homography",
+    }
+    made = server.api(
+        "POST", "/calibrations?job=true", json={k: v for k, v in body.items() if v}
+    ).json()["id"]
     expect(job(page, made)).to_have_attribute("data-state", "done", timeout=LONG_MS)
     job(page, made).get_by_test_id("show-made").click()
-    expect(page.get_by_test_id("step-verify")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+    expect(page.get_by_test_id("step-verify")).to_have_attribute(
+        "aria-current", "step", timeout=LONG_MS
+    )
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
 
 
@@ -82,7 +95,9 @@ def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operato
 def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, server):
     page = clicked("division").open_lens().page
     # In the middle of it: the page knows which job it is.
-    asked = json.loads(until(lambda: page.evaluate("sessionStorage.getItem('touchline.comparison')"), bool))
+    asked = json.loads(
+        until(lambda: page.evaluate("sessionStorage.getItem('touchline.comparison')"), bool)
+    )
     page.reload()
     expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
     ours = [it for it in server.api("GET", "/jobs").json()["items"] if it["kind"] == "comparison"]
@@ -97,9 +112,13 @@ def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_s
     id = comparison(own_server, clicks, 200)
     expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG_MS)
     kill(own_server)
-    expect(page.get_by_test_id("jobs-page").get_by_text(t("jobs.away"))).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("jobs-page").get_by_text(t("jobs.away"))).to_be_visible(
+        timeout=LONG_MS
+    )
     own_server.start()
-    expect(job(page, id).get_by_test_id("job-attempt")).to_contain_text(t("jobs.attempt", attempt=2), timeout=LONG_MS)
+    expect(job(page, id).get_by_test_id("job-attempt")).to_contain_text(
+        t("jobs.attempt", attempt=2), timeout=LONG_MS
+    )
     manual_picture(page, "jobs")
     expect(job(page, id)).to_have_attribute("data-state", "done", timeout=LONG_MS)
 
@@ -108,7 +127,9 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     page = operator.page
     page.get_by_test_id("rail-system").click()
     page.get_by_test_id("tab-server").click()
-    expect(page.get_by_test_id("taken-pictures")).to_contain_text(t("settings.storage.limit", limit="2.0 GB"))
+    expect(page.get_by_test_id("taken-pictures")).to_contain_text(
+        t("settings.storage.limit", limit="2.0 GB")
+    )
     expect(page.get_by_test_id("newest-backup")).not_to_be_empty()
     expect(page.get_by_test_id("setting-token")).to_contain_text(t("settings.value.not-set"))
     page.get_by_test_id("section-jobs").locator("summary").click()
@@ -118,10 +139,21 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     page.get_by_test_id("operator-name").press("Enter")
     page.reload()
     expect(page.get_by_test_id("operator-name")).to_have_value("Ada")
-    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok)
+    taken = until(
+        lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok
+    )
     snapshot = taken.json()["id"]
-    operator.go_on(snapshot, {"field": "ssl-div-b", "region": "half", "model": "polynomial", "options": {},
-                              "observations": []}, "points")
+    operator.go_on(
+        snapshot,
+        {
+            "field": "ssl-div-b",
+            "region": "half",
+            "model": "polynomial",
+            "options": {},
+            "observations": [],
+        },
+        "points",
+    )
     operator.click("left", [[100, 100]])
     assert operator.draft()["updated_by"] == "Ada"
 
@@ -164,7 +196,9 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
         row(version).get_by_test_id("shelf-compare").check()
     expect(page.get_by_test_id("apart-worst")).to_contain_text("mm", timeout=LONG_MS)
     apart = server.api("GET", f"/calibrations/{first['id']}/difference/{second['id']}.json").json()
-    shown = float(page.get_by_test_id("apart-worst").text_content().split()[0].replace("\u202f", ""))
+    shown = float(
+        page.get_by_test_id("apart-worst").text_content().split()[0].replace("\u202f", "")
+    )
     assert shown == pytest.approx(apart["max_mm"], abs=0.6)
     page.locator("img[src*='/difference/']").evaluate("picture => picture.decode()")
     manual_picture(page, "saved-data")
@@ -197,7 +231,9 @@ def test_a_page_is_left_to_the_picture_it_was_opened_from(operator, straight_pic
 
 
 @pytest.mark.long
-def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operator, server, tmp_path):
+def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(
+    operator, server, tmp_path
+):
     page, folder = operator.page, server.data / "shown"
     folder.mkdir(exist_ok=True)
     film(folder / "board.avi", 6)
@@ -229,12 +265,19 @@ def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operat
     server.api("DELETE", "/cameras/film")
 
 
-def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere_and_no_address_is_written(operator, server):
-    page, picture = operator.page, server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
+def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere_and_no_address_is_written(
+    operator, server
+):
+    page, picture = (
+        operator.page,
+        server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"],
+    )
     written = """(hash) => { const written = window.written = [], write = history.pushState.bind(history);
       history.pushState = (...to) => { written.push(to[2]); write(...to); }; location.hash = hash; }"""
-    with (page.expect_response(f"**/api/v1/drafts/{picture}"),  # what opening it asks last
-          holding(page, f"**/api/v1/snapshots/{picture}", "GET") as asked):
+    with (
+        page.expect_response(f"**/api/v1/drafts/{picture}"),  # what opening it asks last
+        holding(page, f"**/api/v1/snapshots/{picture}", "GET") as asked,
+    ):
         page.goto(f"{server.url}/#/calibrate/{picture}/points")
         wait_until_held(page, asked)
         page.evaluate(written, "#/cameras/overhead/live")
@@ -248,10 +291,15 @@ def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere_and_no_
 
 def test_a_camera_lists_its_own_images_and_every_step_of_one_can_be_looked_at(operator, server):
     page = operator.page
-    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda answer: answer.ok)
+    taken = until(
+        lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}),
+        lambda answer: answer.ok,
+    )
     snapshot = taken.json()["id"]
     page.goto(f"{server.url}/#/cameras/table/calibrate")
-    expect(page.get_by_test_id("camera-images-page")).to_contain_text(t("library.calibrate-camera.how"))
+    expect(page.get_by_test_id("camera-images-page")).to_contain_text(
+        t("library.calibrate-camera.how")
+    )
     expect(page.get_by_test_id(f"recent-{snapshot}")).to_have_count(0)
     page.goto(f"{server.url}/#/cameras/overhead/calibrate")
     image = page.get_by_test_id(f"recent-{snapshot}")
@@ -259,8 +307,11 @@ def test_a_camera_lists_its_own_images_and_every_step_of_one_can_be_looked_at(op
     image.click()
     operator.is_at("points")
     assert operator.snapshot == snapshot
-    for step, missing in (("points", like("shell.sentence.mark")), ("verify", t("shell.sentence.save-first")),
-                          ("field", t("shell.sentence.check-field", width=WIDTH, height=HEIGHT))):
+    for step, missing in (
+        ("points", like("shell.sentence.mark")),
+        ("verify", t("shell.sentence.save-first")),
+        ("field", t("shell.sentence.check-field", width=WIDTH, height=HEIGHT)),
+    ):
         page.get_by_test_id(f"step-{step}").click()
         operator.is_at(step)
         expect(page.get_by_test_id("sentence")).to_contain_text(missing)

@@ -16,7 +16,9 @@ def find(page, words: str) -> None:
     expect(page.get_by_test_id("palette")).to_have_count(0)
 
 
-def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, server, straight_picture):
+def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(
+    operator, server, straight_picture
+):
     page = operator.page
     name = server.api("GET", "/cameras/overhead").json()["name"]
     find(page, f"{name} {t('shell.view.drift')}".lower())
@@ -28,7 +30,9 @@ def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, ser
     find(page, f"{t('shell.palette.kind.manual').lower()} drift")
     expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "drift.md")
     picture = page.get_by_test_id("manual").get_by_role("link").filter(has=page.locator("img"))
-    small = picture.locator("img").evaluate("async (it) => { await it.decode(); return [it.width, it.naturalWidth]; }")
+    small = picture.locator("img").evaluate(
+        "async (it) => { await it.decode(); return [it.width, it.naturalWidth]; }"
+    )
     with page.context.expect_page() as opened:
         picture.click()
     assert opened.value.url.endswith("help/img/drift.webp") and small[0] < small[1] / 2
@@ -62,5 +66,7 @@ def test_the_manual_is_in_sight_on_a_telephone(operator):
     page.get_by_test_id("manual").locator("img").evaluate("picture => picture.decode()")
     below, over = page.get_by_test_id("next").bounding_box(), heading.bounding_box()
     assert 0 < over["y"] < below["y"] / 2
-    reached = page.evaluate("y => document.elementFromPoint(180, y).closest('.manual') !== null", below["y"] - 10)
+    reached = page.evaluate(
+        "y => document.elementFromPoint(180, y).closest('.manual') !== null", below["y"] - 10
+    )
     assert reached, "down to the button"

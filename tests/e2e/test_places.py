@@ -17,6 +17,7 @@ RING_PX = "parseFloat(getComputedStyle(document.activeElement).outlineWidth)"
 
 class Keyboard:
     """Who has no pointer: to a control by Tab, which must be seen to be there, and Enter."""
+
     screen = MappingProxyType({"viewport": {"width": 1280, "height": 800}})
 
     def __init__(self, page):
@@ -42,7 +43,10 @@ class Keyboard:
 
 class Finger:
     """Who holds a telephone: what is tapped is in sight, large enough, and under nothing else."""
-    screen = MappingProxyType({"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True})
+
+    screen = MappingProxyType(
+        {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+    )
 
     def __init__(self, page):
         self.page = page
@@ -53,7 +57,9 @@ class Finger:
         control.scroll_into_view_if_needed()
         box = control.bounding_box()
         # WCAG 2.5.8
-        assert min(box["width"], box["height"]) >= 24, f"{name} is {box['width']} × {box['height']} px"
+        assert min(box["width"], box["height"]) >= 24, (
+            f"{name} is {box['width']} × {box['height']} px"
+        )
         control.tap()
 
     def choose(self, name: str, value: str) -> None:
@@ -74,7 +80,11 @@ def test_in_each_place_of_the_rail_something_is_done(way, server):
     way.press("rail-cameras")
     way.press("look-at-overhead")
     expect(page.get_by_test_id("live-desk")).to_be_visible(timeout=LONG_MS)
-    for tab, shown in (("camera-images", "camera-images-page"), ("drift", "drift-page"), ("versions", "versions-page")):
+    for tab, shown in (
+        ("camera-images", "camera-images-page"),
+        ("drift", "drift-page"),
+        ("versions", "versions-page"),
+    ):
         way.press(f"tab-{tab}")
         expect(page.get_by_test_id(shown)).to_be_visible(timeout=LONG_MS)
         expect(page.get_by_test_id(f"tab-{tab}")).to_have_attribute("aria-current", "page")
@@ -90,7 +100,10 @@ def test_in_each_place_of_the_rail_something_is_done(way, server):
     way.press("tab-edges")
     expect(page.get_by_test_id("straight-desk")).to_be_visible(timeout=LONG_MS)
 
-    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda answer: answer.ok)
+    taken = until(
+        lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}),
+        lambda answer: answer.ok,
+    )
     page.reload()  # the list of images is the page's own
     picture = taken.json()["id"]
     way.press("rail-library")

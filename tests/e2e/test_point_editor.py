@@ -26,8 +26,19 @@ def fitted(arriving, server, straight_picture, frame_points):
     """Before that frame, its four borders clicked, so that there is a fit."""
     kept = server.api("POST", "/snapshots", files={"file": straight_picture.read_bytes()}).json()
     arriving.prefer("snap", "on")
-    arriving.go_on(kept["id"], {"field": "table", "region": "full", "model": "polynomial", "observations": [
-        {"feature": border, "kind": "line", "points": points} for border, points in frame_points.items()]}, "points")
+    arriving.go_on(
+        kept["id"],
+        {
+            "field": "table",
+            "region": "full",
+            "model": "polynomial",
+            "observations": [
+                {"feature": border, "kind": "line", "points": points}
+                for border, points in frame_points.items()
+            ],
+        },
+        "points",
+    )
     fit_is_there(arriving.page)
     return arriving
 
@@ -41,8 +52,11 @@ def fit_is_there(page):
 
 def left(operator, *expected, within=0.5, feature="left"):
     """The feature's points, once they are as expected: what is drawn and saved follows a moment later."""
+
     def is_so(points):
-        return len(points) == len(expected) and (not points or np.abs(np.array(points) - expected).max() < within)
+        return len(points) == len(expected) and (
+            not points or np.abs(np.array(points) - expected).max() < within
+        )
 
     return until(lambda: operator.points(feature), is_so)
 
@@ -61,7 +75,10 @@ def test_a_point_snaps_though_the_next_one_is_pressed_already_when_the_answer_co
     def is_asked(request):
         return request.url.endswith("/snap") and request.post_data_json["points"] == [[83, 150]]
 
-    page.route("**/snap", lambda route: held.append(route) if is_asked(route.request) else route.continue_())
+    page.route(
+        "**/snap",
+        lambda route: held.append(route) if is_asked(route.request) else route.continue_(),
+    )
     with page.expect_request(is_asked):
         page.mouse.click(*snapping.spot(83.004, 150.004))
     page.mouse.move(*snapping.spot(83, 300))
@@ -116,9 +133,16 @@ def test_a_drag_shows_the_free_point_and_snaps_when_it_is_let_go(snapping):
     page.mouse.move(*snapping.spot(80, 200))
     page.mouse.down()
     page.mouse.move(*snapping.spot(88, 240), steps=5)
-    point, stage = page.locator("[data-point='left:0']"), page.get_by_test_id("stage").bounding_box()["x"]
-    until(lambda: stage + float(re.search(r"translate\(([\d.]+)", point.get_attribute("transform"))[1]),
-               lambda x: x == pytest.approx(snapping.spot(88, 240)[0], abs=1.5))
+    point, stage = (
+        page.locator("[data-point='left:0']"),
+        page.get_by_test_id("stage").bounding_box()["x"],
+    )
+    until(
+        lambda: (
+            stage + float(re.search(r"translate\(([\d.]+)", point.get_attribute("transform"))[1])
+        ),
+        lambda x: x == pytest.approx(snapping.spot(88, 240)[0], abs=1.5),
+    )
     page.mouse.move(*snapping.spot(83, 240))
     page.mouse.up()
     said(page, re.compile(SNAPPED))
@@ -160,7 +184,9 @@ def test_a_line_that_the_fit_sees_is_chosen_by_clicking_it(fitted, tmp_path):
     page.get_by_test_id("border-left").click()
     ghost = page.locator("[data-ghost='halfway-line']")
     expect(ghost).to_be_attached()
-    middle = ghost.evaluate("g => { const p = g.getPointAtLength(g.getTotalLength() * 0.3); return [p.x, p.y]; }")
+    middle = ghost.evaluate(
+        "g => { const p = g.getPointAtLength(g.getTotalLength() * 0.3); return [p.x, p.y]; }"
+    )
     page.mouse.move(*fitted.spot(middle[0] + 1, middle[1]))
     expect(page.get_by_test_id("ghost-over")).to_have_text(titled("markings.halfway-line"))
     page.screenshot(path=tmp_path / "ghost.png")
@@ -170,7 +196,9 @@ def test_a_line_that_the_fit_sees_is_chosen_by_clicking_it(fitted, tmp_path):
     expect(page.get_by_test_id("field-halfway-line")).to_have_class(re.compile("clicked"))
 
 
-def test_a_click_lands_on_the_middle_of_its_line_and_points_along_it_are_proposed_and_added(fitted, tmp_path):
+def test_a_click_lands_on_the_middle_of_its_line_and_points_along_it_are_proposed_and_added(
+    fitted, tmp_path
+):
     page = fitted.page
     page.get_by_test_id("border-left").click()
     page.keyboard.press("Control+a")
@@ -224,14 +252,18 @@ def test_proposals_are_discarded_by_escape(fitted):
     assert fitted.points("left") == before
 
 
-@pytest.mark.parametrize("model", ["brown-conrady", *(long(model) for model in ("polynomial", "division"))])
+@pytest.mark.parametrize(
+    "model", ["brown-conrady", *(long(model) for model in ("polynomial", "division"))]
+)
 def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
     operator = clicked(model)
     page = operator.page
     verdict = page.get_by_test_id("rms-px")
     fit_is_there(page)
     expect(verdict).to_have_text(re.compile(r"\d px"))
-    x, y = operator.spot(*next(o["points"][4] for o in operator.draft()["observations"] if o["feature"] == "left"))
+    x, y = operator.spot(
+        *next(o["points"][4] for o in operator.draft()["observations"] if o["feature"] == "left")
+    )
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 4, y, steps=2)
@@ -249,8 +281,11 @@ def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
 def test_the_little_field_says_what_has_been_done(fitted):
     page = fitted.page
     used = t("calibrate.field-drawing.points", count=6) + t("calibrate.field-drawing.used")
-    expect(page.get_by_test_id("field-left")).to_have_attribute("aria-label", re.compile(re.escape(used)))
+    expect(page.get_by_test_id("field-left")).to_have_attribute(
+        "aria-label", re.compile(re.escape(used))
+    )
     expect(page.get_by_test_id("field-halfway-line")).to_have_attribute(
-        "aria-label", t("calibrate.click", feature=t("markings.halfway-line")))
+        "aria-label", t("calibrate.click", feature=t("markings.halfway-line"))
+    )
     page.get_by_test_id("field-centre").click(force=True)
     expect(page.get_by_test_id("inside-centre")).to_have_attribute("aria-pressed", "true")

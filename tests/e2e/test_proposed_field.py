@@ -21,7 +21,9 @@ def hall(server):
     (server.data / "shown").mkdir(exist_ok=True)
     cv2.imwrite(str(server.data / "shown" / "foreign.png"), foreign_scene().pixels)
     camera = f"foreign-{next(NUMBERS)}"
-    server.api("POST", "/cameras", json={"id": camera, "name": "Hall", "source": "picture://foreign.png"})
+    server.api(
+        "POST", "/cameras", json={"id": camera, "name": "Hall", "source": "picture://foreign.png"}
+    )
     yield camera
     server.api("DELETE", f"/cameras/{camera}")
     if any(field["name"] == "our-hall" for field in server.api("GET", "/fields").json()["items"]):
@@ -41,10 +43,18 @@ def test_a_field_that_nobody_described_is_proposed_saved_and_recognised(arriving
     length.press("Enter")
     title = page.get_by_test_id("entry-title")
     expect(title).to_be_visible(timeout=LONG_MS)
-    assert title.input_value() == "" and page.get_by_test_id("entry-length_mm").input_value() == f"{LENGTH_MM:.0f}"
-    assert abs(float(page.get_by_test_id("entry-width_mm").input_value()) - WIDTH_MM) < 0.005 * WIDTH_MM
+    assert (
+        title.input_value() == ""
+        and page.get_by_test_id("entry-length_mm").input_value() == f"{LENGTH_MM:.0f}"
+    )
+    assert (
+        abs(float(page.get_by_test_id("entry-width_mm").input_value()) - WIDTH_MM)
+        < 0.005 * WIDTH_MM
+    )
     page.reload()  # what was proposed is not lost
-    expect(page.get_by_test_id("entry-length_mm")).to_have_value(f"{LENGTH_MM:.0f}", timeout=LONG_MS)
+    expect(page.get_by_test_id("entry-length_mm")).to_have_value(
+        f"{LENGTH_MM:.0f}", timeout=LONG_MS
+    )
     title.fill("Our hall")
     title.press("Enter")
     page.keyboard.press("Control+s")
@@ -76,7 +86,7 @@ def test_after_saving_one_press_leads_back_to_the_image(arriving, hall):
 def test_an_image_without_one_of_the_borders_is_refused_with_what_to_do(arriving, server):
     page = arriving.visit(detect=True).page
     pixels = foreign_scene().pixels.copy()
-    pixels[:, int(0.74 * pixels.shape[1]):] = pixels[0, 0]  # one end of it is not there
+    pixels[:, int(0.74 * pixels.shape[1]) :] = pixels[0, 0]  # one end of it is not there
     png = cv2.imencode(".png", pixels)[1].tobytes()
     image = server.api("POST", "/snapshots", files={"file": png}).json()["id"]
     page.goto(f"{server.url}/#/calibrate/{image}/field")

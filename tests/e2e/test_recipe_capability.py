@@ -59,12 +59,22 @@ def upload(client, image: bytes) -> str:
 def test_it_is_five_files_that_pass_the_linter_and_the_import_rules(changed):
     folder, names = changed
     assert len({*names}) <= MAX_FILES
-    assert not [line for name in names for line in (folder / name).read_text().splitlines() if len(line) > 120]
+    assert not [
+        line
+        for name in names
+        for line in (folder / name).read_text().splitlines()
+        if len(line) > 120
+    ]
     environment = {**os.environ, "PYTHONPATH": str(folder / "app")}
-    for command in (["ruff", "check", "--no-cache", *(name for name in names if name.endswith(".py"))],
-                    ["lint-imports", "--no-cache"], ["oxlint", *(name for name in names if name.endswith(".js"))]):
+    for command in (
+        ["ruff", "check", "--no-cache", *(name for name in names if name.endswith(".py"))],
+        ["lint-imports", "--no-cache"],
+        ["oxlint", *(name for name in names if name.endswith(".js"))],
+    ):
         program = shutil.which(command[0], path=os.path.dirname(sys.executable))
-        done = subprocess.run([program, *command[1:]], cwd=folder, env=environment, capture_output=True, text=True)
+        done = subprocess.run(
+            [program, *command[1:]], cwd=folder, env=environment, capture_output=True, text=True
+        )
         assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -73,7 +83,9 @@ def test_its_route_starts_a_job_whose_result_is_right(client, images):
     job = client.call("POST", "/exposure", json={"snapshots": ids}).json()
     seen = []
     good, bright = client.wait(job, lambda share, message: seen.append(message))["images"]
-    assert (good["saturated"], good["black"]) == (0, 0) and bright["saturated"] == pytest.approx(0.1, abs=0.01)
+    assert (good["saturated"], good["black"]) == (0, 0) and bright["saturated"] == pytest.approx(
+        0.1, abs=0.01
+    )
     assert "overexposed" in bright["advice"][0]["text"] and bright["advice"][0]["fix"]
     assert f"{API}/exposure" in client.call("GET", "/openapi.json").json()["paths"]
     with pytest.raises(BadInput, match="snapshots"):
@@ -89,7 +101,9 @@ def test_its_view_shows_progress_and_the_result_and_stops(client, images, page):
     page.get_by_role("link", name="Exposure", exact=True).click()
     expect(page.get_by_role("heading", name="Exposure")).to_be_visible()
     page.get_by_test_id("do-measure-exposure").click()
-    expect(page.get_by_test_id("exposure").first).to_contain_text("10.0 % saturated, 0.0 % black", timeout=LONG_MS)
+    expect(page.get_by_test_id("exposure").first).to_contain_text(
+        "10.0 % saturated, 0.0 % black", timeout=LONG_MS
+    )
     expect(page.get_by_test_id("exposure").first).to_contain_text("Shorten the exposure")
 
     for _ in range(12):

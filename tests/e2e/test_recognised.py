@@ -15,8 +15,12 @@ from tests.support.tiers import long
 from tests.support.waiting import until
 from tests.support.words import t
 
-WHOLE = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
-HALF = SceneSpec(3, "ssl-2008", "half", "half", (816, 682), 5500.0, 12.0, 0.0, -17.0, 0.7, 2.0, 0.1, 6, 0)
+WHOLE = SceneSpec(
+    3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0
+)
+HALF = SceneSpec(
+    3, "ssl-2008", "half", "half", (816, 682), 5500.0, 12.0, 0.0, -17.0, 0.7, 2.0, 0.1, 6, 0
+)
 NUMBERS = count()
 PHONE = pytest.mark.browser_context_args(viewport={"width": 390, "height": 844}, has_touch=True)
 
@@ -38,8 +42,13 @@ def hall(server, real_data):
         (server.data / "shown").mkdir(exist_ok=True)
         (server.data / "shown" / "hall.png").write_bytes(picture_of(real_data))
         added.append(f"hall-{next(NUMBERS)}")
-        server.api("POST", "/cameras", json={"id": added[0], "name": "Hall", "source": "picture://hall.png"})
+        server.api(
+            "POST",
+            "/cameras",
+            json={"id": added[0], "name": "Hall", "source": "picture://hall.png"},
+        )
         return added[0]
+
     yield showing
     server.api("DELETE", f"/cameras/{added[0]}")
 
@@ -58,14 +67,24 @@ def active(server, camera: str) -> dict:
 
 
 @pytest.mark.usefixtures("server")
-@pytest.mark.parametrize("press", [
-    pytest.param(lambda button: button.tap(), marks=PHONE, id="finger"),
-    pytest.param(lambda button: button.click(), id="mouse")])
-@pytest.mark.parametrize(("picture_of", "level"), [
-    pytest.param(drawn(HALF), "good", id="drawn"),
-    # its touch lines are painted 35 mm beside those of the rules, and the page warns
-    long(of_2008, "poor")])
-def test_half_of_a_field_is_active_after_two_presses(new_context, server, hall, picture_of, level, press, tmp_path):
+@pytest.mark.parametrize(
+    "press",
+    [
+        pytest.param(lambda button: button.tap(), marks=PHONE, id="finger"),
+        pytest.param(lambda button: button.click(), id="mouse"),
+    ],
+)
+@pytest.mark.parametrize(
+    ("picture_of", "level"),
+    [
+        pytest.param(drawn(HALF), "good", id="drawn"),
+        # its touch lines are painted 35 mm beside those of the rules, and the page warns
+        long(of_2008, "poor"),
+    ],
+)
+def test_half_of_a_field_is_active_after_two_presses(
+    new_context, server, hall, picture_of, level, press, tmp_path
+):
     operator = Operator(new_context().new_page(), server)
     camera = hall(picture_of)
     page = opened(operator.visit(detect=True), camera)
@@ -93,16 +112,24 @@ def test_half_of_a_field_is_active_after_two_presses(new_context, server, hall, 
     assert made["report"]["verdict"]["level"] == level
 
 
-def test_a_recognised_field_is_drawn_with_its_expected_error_and_used_by_one_press(arriving, server, hall):
+def test_a_recognised_field_is_drawn_with_its_expected_error_and_used_by_one_press(
+    arriving, server, hall
+):
     camera = hall(drawn(WHOLE))
     page = opened(arriving.visit(detect=True), camera)
     go, told = page.get_by_test_id("next"), page.get_by_test_id("sentence")
     expect(go).to_have_text(t("shell.next.use-it"), timeout=LONG_MS)
     expect(go).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
-    expect(told).to_have_text(re.compile(r"Division B, .*full field, rotated by 0°\. Expected error: \d\.\d mm\."))
+    expect(told).to_have_text(
+        re.compile(r"Division B, .*full field, rotated by 0°\. Expected error: \d\.\d mm\.")
+    )
     expect(page.get_by_test_id("field-lines").locator("path").first).to_be_attached()
     draft = arriving.draft()
-    assert (draft["field"], draft["region"], len(draft["observations"]) > 6) == ("ssl-div-b", "full", True)
+    assert (draft["field"], draft["region"], len(draft["observations"]) > 6) == (
+        "ssl-div-b",
+        "full",
+        True,
+    )
     manual_picture(page, "field-recognised")
     before = arriving.snapshot
     go.click()
@@ -130,7 +157,12 @@ def test_what_is_recognised_is_one_undo_away_and_not_looked_for_again(arriving, 
 def test_who_chooses_the_field_or_clicks_meanwhile_ends_the_search(arriving, server, hall, does):
     page = arriving.visit(detect=True).page
     asked = []
-    page.on("request", lambda request: asked.append(request) if request.url.endswith("/calibrations/auto") else None)
+    page.on(
+        "request",
+        lambda request: (
+            asked.append(request) if request.url.endswith("/calibrations/auto") else None
+        ),
+    )
     with holding(page, "**/calibrations/auto", "POST"):
         opened(arriving, hall(drawn(WHOLE)))
         expect(page.get_by_test_id("finding-lines")).to_be_visible(timeout=LONG_MS)
@@ -141,11 +173,17 @@ def test_who_chooses_the_field_or_clicks_meanwhile_ends_the_search(arriving, ser
             arriving.click("left", [(100.0, 300.0)])
         chosen = arriving.draft()
     expect(page.get_by_test_id("finding-lines")).to_have_count(0)
-    jobs = until(lambda: [job for job in server.api("GET", "/jobs").json()["items"] if job["kind"] == "auto"][:1],
-                 lambda found: found and found[0]["state"] not in ("queued", "running"))
+    jobs = until(
+        lambda: [
+            job for job in server.api("GET", "/jobs").json()["items"] if job["kind"] == "auto"
+        ][:1],
+        lambda found: found and found[0]["state"] not in ("queued", "running"),
+    )
     assert jobs[0]["state"] == "cancelled" and len(asked) == 1
     assert arriving.draft() == chosen
-    assert (chosen["field"], len(chosen["observations"])) == (("table", 0) if does == "choose" else (None, 1))
+    assert (chosen["field"], len(chosen["observations"])) == (
+        ("table", 0) if does == "choose" else (None, 1)
+    )
 
 
 def test_nothing_is_looked_for_where_that_is_switched_off(arriving, hall):

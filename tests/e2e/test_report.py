@@ -25,11 +25,22 @@ def calibration(server) -> dict:
     camera = reference_camera("strong", 8)
     picture = encoded("png", Rendering.of(camera, FIELD, REGION).frame(0))
     snapshot = server.api("POST", "/snapshots", files={"file": picture}).json()
-    observations = [o.to_json() for o in border_observations(camera, REGION, 12, 0.3, np.random.default_rng(3))]
+    observations = [
+        o.to_json() for o in border_observations(camera, REGION, 12, 0.3, np.random.default_rng(3))
+    ]
     observations[1]["points"][4][0] += 30
-    answer = server.api("POST", "/calibrations", json={
-        "field": "reported", "region": "full", "model": "brown-conrady", "snapshot": snapshot["id"],
-        "observations": observations, "note": "before the semi-final"})
+    answer = server.api(
+        "POST",
+        "/calibrations",
+        json={
+            "field": "reported",
+            "region": "full",
+            "model": "brown-conrady",
+            "snapshot": snapshot["id"],
+            "observations": observations,
+            "note": "before the semi-final",
+        },
+    )
     assert answer.ok, answer.text
     return answer.json()
 
@@ -48,30 +59,47 @@ def test_the_file_opens_and_prints_without_a_network(page: Page, server, calibra
     page.context.set_offline(True)
     page.goto(file.as_uri())
     page.emulate_media(media="print", color_scheme="light")
-    expect(page.get_by_role("heading", level=1)).to_contain_text(f"version {calibration['version']}")
+    expect(page.get_by_role("heading", level=1)).to_contain_text(
+        f"version {calibration['version']}"
+    )
     assert page.title().startswith("Calibration of")
-    assert [url for url in asked if not url.startswith("data:")] == [file.as_uri()] and complaints == []
+    assert [url for url in asked if not url.startswith("data:")] == [
+        file.as_uri()
+    ] and complaints == []
     for image in page.locator("img").all():
         assert image.evaluate("image => image.complete && image.naturalWidth > 300")
     expect(page.locator("svg.photograph image")).to_have_count(2)
     box = page.locator("svg.photograph image").first.bounding_box()
     assert box["width"] / box["height"] == pytest.approx(SIZE.width / SIZE.height, rel=0.01)
     page.screenshot(path=tmp_path / "report.png", full_page=True)
-    printed = page.pdf(path=tmp_path / "report.pdf", prefer_css_page_size=True, print_background=True)
+    printed = page.pdf(
+        path=tmp_path / "report.pdf", prefer_css_page_size=True, print_background=True
+    )
     sheets = re.findall(rb"/MediaBox\s*\[\s*0 0 ([\d.]+) ([\d.]+)\s*\]", printed)
     assert 2 <= len(sheets) <= FRIENDLY_PAGES
-    assert all(float(w) == pytest.approx(595, abs=2) and float(h) == pytest.approx(842, abs=2) for w, h in sheets)
+    assert all(
+        float(w) == pytest.approx(595, abs=2) and float(h) == pytest.approx(842, abs=2)
+        for w, h in sheets
+    )
 
 
-def test_the_page_opens_the_report_of_the_saved_version_and_nothing_in_it_is_wider_than_a_sheet(operator, calibration):
-    draft = {name: calibration[name] for name in ("field", "region", "rotate", "options", "observations")}
+def test_the_page_opens_the_report_of_the_saved_version_and_nothing_in_it_is_wider_than_a_sheet(
+    operator, calibration
+):
+    draft = {
+        name: calibration[name] for name in ("field", "region", "rotate", "options", "observations")
+    }
     operator.go_on(calibration["snapshot"], {**draft, "model": "brown-conrady"}, "verify")
     with operator.page.context.expect_page() as opened:
         operator.page.get_by_test_id("report").click()
     report = opened.value
-    expect(report.get_by_role("heading", level=1)).to_contain_text("Calibration of", timeout=LONG_MS)
+    expect(report.get_by_role("heading", level=1)).to_contain_text(
+        "Calibration of", timeout=LONG_MS
+    )
     assert Path(report.url).name == "report.html" and calibration["id"] in report.url
     manual_picture(report, "reports")
     # 184 mm at 96 dots an inch, with little to spare
     report.set_viewport_size({"width": 690, "height": 900})
-    assert report.evaluate("() => document.documentElement.scrollWidth <= document.documentElement.clientWidth")
+    assert report.evaluate(
+        "() => document.documentElement.scrollWidth <= document.documentElement.clientWidth"
+    )

@@ -24,9 +24,17 @@ def two_cameras(server):
     """Two live cameras over one field; the second was knocked after it was calibrated."""
     ids, active = ("rig-north", "rig-south"), []
     for number, id in enumerate(ids):
-        added = server.api("POST", "/cameras", json={
-            "id": id, "name": id.title(), "source": ADDRESS.format(number), "field": "ssl-div-b",
-            "region": ("half-left", "half-right")[number]})
+        added = server.api(
+            "POST",
+            "/cameras",
+            json={
+                "id": id,
+                "name": id.title(),
+                "source": ADDRESS.format(number),
+                "field": "ssl-div-b",
+                "region": ("half-left", "half-right")[number],
+            },
+        )
         assert added.ok, added.text
         task = sim_task(2, number)
         record = json.loads(FORMATS["json"].write(task.record(task.run(cross_validate=False))))
@@ -34,7 +42,9 @@ def two_cameras(server):
         where["camera"] = id
         if number == 1:
             where["model"]["parameters"]["position_mm"][0] += KNOCK_MM
-        made = server.api("POST", "/calibrations/import", files={"file": json.dumps(record).encode()}).json()
+        made = server.api(
+            "POST", "/calibrations/import", files={"file": json.dumps(record).encode()}
+        ).json()
         activate_despite(server, made["id"])
         active.append(made["id"])
     for id in ids:  # a picture of all is taken once, of those that are awake
@@ -46,7 +56,11 @@ def two_cameras(server):
 
 
 def are_live(server, id):
-    until(lambda: server.api("GET", f"/cameras/{id}/status").json()["state"], lambda state: state == "live", 120)
+    until(
+        lambda: server.api("GET", f"/cameras/{id}/status").json()["state"],
+        lambda state: state == "live",
+        120,
+    )
 
 
 def without_south(route):
@@ -54,7 +68,10 @@ def without_south(route):
     answer = route.fetch()
     told = answer.json()
     told["unseen"]["words"] = "A half is unseen."
-    route.fulfill(response=answer, json={**told, "cameras": [c for c in told["cameras"] if c["camera"] != "rig-south"]})
+    route.fulfill(
+        response=answer,
+        json={**told, "cameras": [c for c in told["cameras"] if c["camera"] != "rig-south"]},
+    )
 
 
 def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, server, two_cameras):
@@ -80,7 +97,10 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     expect(verdict).to_have_attribute("data-level", "poor", timeout=2 * LONG_MS)
     expect(verdict).to_contain_text("The error is in Rig-South")
     expect(page.get_by_test_id("rig-worst")).to_contain_text(like("rig.picture.worst"))
-    mean, most = (float(page.get_by_test_id(id).inner_text().split(" ")[0]) for id in ("pair-mean", "pair-max"))
+    mean, most = (
+        float(page.get_by_test_id(id).inner_text().split(" ")[0])
+        for id in ("pair-mean", "pair-max")
+    )
     assert mean == pytest.approx(KNOCK_MM, rel=0.1)
     assert mean <= most < 1.5 * KNOCK_MM  # at the worst place the clicked lens may be wrong as well
     expect(page.locator("[data-testid=cells] rect").nth(20)).to_be_attached()
@@ -96,13 +116,23 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
 
 
 @pytest.mark.long
-def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activated(page, server, two_cameras):
-    body = {"field": "ssl-div-b", "cameras": [{"camera": "rig-north"}], "w_max_rectangle_px": 90,
-            "h_max_rectangle_px": 80, "n_rectangles_x": 9, "n_rectangles_y": 12}
+def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activated(
+    page, server, two_cameras
+):
+    body = {
+        "field": "ssl-div-b",
+        "cameras": [{"camera": "rig-north"}],
+        "w_max_rectangle_px": 90,
+        "h_max_rectangle_px": 80,
+        "n_rectangles_x": 9,
+        "n_rectangles_y": 12,
+    }
     assert server.api("PUT", "/rigs/hall", json=body).status_code == 201
     before = server.api("GET", "/cameras/rig-north").json()["active_calibration"]
     page.goto(f"{server.url}/#/field/rigs/hall")
-    expect(page.get_by_test_id("member-rig-north")).to_contain_text("Fit Rig-North again", timeout=LONG_MS)
+    expect(page.get_by_test_id("member-rig-north")).to_contain_text(
+        "Fit Rig-North again", timeout=LONG_MS
+    )
     page.get_by_test_id("refit-rig").click()
     expect(page.get_by_text(t("rig.notice.refitted", count=1))).to_be_visible(timeout=2 * LONG_MS)
     versions = server.api("GET", "/calibrations?camera=rig-north").json()["items"]
@@ -111,10 +141,14 @@ def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activa
 
 
 @pytest.mark.long
-def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_seam(page, server, tmp_path):
+def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_seam(
+    page, server, tmp_path
+):
     """The same play before two cameras whose pictures overlap at the middle."""
-    plays = [Before(name, 8, region, "field", 20, 0.8)
-             for name, region in (("low", "quarter-bottom-left"), ("high", "quarter-top-left"))]
+    plays = [
+        Before(name, 8, region, "field", 20, 0.8)
+        for name, region in (("low", "quarter-bottom-left"), ("high", "quarter-top-left"))
+    ]
     api = Client(server)
     profile = None
     try:
@@ -123,20 +157,32 @@ def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_se
             play.calibrate(api)
             asked = {"clicks": play.clicks(), "base": profile}
             learned = until(  # its process may still be starting
-                lambda at=f"/cameras/{play.name}/colours/learn", asked=asked: server.api("POST", at, json=asked),
-                lambda answer: answer.status_code != 503, 120)
+                lambda at=f"/cameras/{play.name}/colours/learn", asked=asked: server.api(
+                    "POST", at, json=asked
+                ),
+                lambda answer: answer.status_code != 503,
+                120,
+            )
             profile = learned.json()["profile"]
         assert server.api("PUT", "/colours/hall", json={"profile": profile}).ok
         for play in plays:
-            assert server.api("PUT", f"/cameras/{play.name}/seeing", headers={"If-Match": "unset"},
-                              json={"on": True, "plan": "ssl", "colours": "hall"}).ok
+            assert server.api(
+                "PUT",
+                f"/cameras/{play.name}/seeing",
+                headers={"If-Match": "unset"},
+                json={"on": True, "plan": "ssl", "colours": "hall"},
+            ).ok
             are_live(server, play.name)
-        assert server.api("PUT", "/rigs/west", json={"field": "ssl-div-b", "cameras": ["low", "high"]}).ok
+        assert server.api(
+            "PUT", "/rigs/west", json={"field": "ssl-div-b", "cameras": ["low", "high"]}
+        ).ok
         page.goto(f"{server.url}/#/field/rigs/west")
         expect(page.get_by_test_id("stitched")).to_be_visible(timeout=LONG_MS)
         page.get_by_test_id("do-follow-play").click()
         told = [like("rig.tracks.seam", **how_many).pattern for how_many in ({}, {"count": 1})]
-        expect(page.get_by_test_id("seam")).to_contain_text(re.compile("|".join(told)), timeout=2 * LONG_MS)
+        expect(page.get_by_test_id("seam")).to_contain_text(
+            re.compile("|".join(told)), timeout=2 * LONG_MS
+        )
         expect(page.get_by_test_id("track-robot").nth(5)).to_be_attached(timeout=LONG_MS)
         page.screenshot(path=tmp_path / "tracks.png")
         page.get_by_test_id("do-follow-play").click()

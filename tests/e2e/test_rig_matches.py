@@ -49,17 +49,31 @@ class Desk:
 
     def keep(self, pictures, seen, which):
         """As if matched in two images by a former version of the page, in this browser."""
-        matches = [{"a": seen.a[i].round(2).tolist(), "b": seen.b[i].round(2).tolist(), "z_mm": seen.z_mm[i]}
-                   for i in which]
-        self.page.evaluate("([name, text]) => localStorage.setItem(name, text)", [
-            "touchline.pair." + ".".join(pictures), json.dumps({"matches": matches, "calibrations": {}})])
+        matches = [
+            {
+                "a": seen.a[i].round(2).tolist(),
+                "b": seen.b[i].round(2).tolist(),
+                "z_mm": seen.z_mm[i],
+            }
+            for i in which
+        ]
+        self.page.evaluate(
+            "([name, text]) => localStorage.setItem(name, text)",
+            [
+                "touchline.pair." + ".".join(pictures),
+                json.dumps({"matches": matches, "calibrations": {}}),
+            ],
+        )
 
     def kept(self):
         """The matches as this browser keeps them."""
-        return self.page.evaluate("""name => {
+        return self.page.evaluate(
+            """name => {
           const { a, b } = JSON.parse(localStorage.getItem(name));
           return JSON.parse(localStorage.getItem(`touchline.pair.${a}.${b}`)).matches;
-        }""", f"touchline.rig.{RIG}.{WEST}.{EAST}")
+        }""",
+            f"touchline.rig.{RIG}.{WEST}.{EAST}",
+        )
 
     def check(self):
         """Check the rig; return what REST answers of these matches."""
@@ -71,10 +85,16 @@ class Desk:
         assert "differ by" in largest
         expect(report).to_contain_text(largest)
         complete = [m for m in self.kept() if m["a"] and m["b"]]
-        body = {"a": WEST, "b": EAST, "z_mm": [m["z_mm"] for m in complete],
-                **{f"points_{side}": [m[side] for m in complete] for side in "ab"}}
+        body = {
+            "a": WEST,
+            "b": EAST,
+            "z_mm": [m["z_mm"] for m in complete],
+            **{f"points_{side}": [m[side] for m in complete] for side in "ab"},
+        }
         asked = {"pictures": "none", "matches": [body]}
-        return self.server.api("POST", f"/rigs/{RIG}/check", json=asked).json()["pairs"][0]["matches"]
+        return self.server.api("POST", f"/rigs/{RIG}/check", json=asked).json()["pairs"][0][
+            "matches"
+        ]
 
 
 @pytest.fixture(scope="module")
@@ -87,15 +107,31 @@ def cameras(server, seen):
     """Two live cameras over one half of a field, calibrated; the ids of an image from each."""
     images = []
     for number, (id, tilt) in enumerate(zip(CAMERAS, TILTS, strict=True)):
-        added = server.api("POST", "/cameras", json={
-            "id": id, "name": id.title(), "source": SOURCE.format(tilt), "field": FIELD.name, "region": REGION})
+        added = server.api(
+            "POST",
+            "/cameras",
+            json={
+                "id": id,
+                "name": id.title(),
+                "source": SOURCE.format(tilt),
+                "field": FIELD.name,
+                "region": REGION,
+            },
+        )
         assert added.ok, added.text
-        images.append(server.api("POST", "/snapshots", data={"camera": id},
-                                 files={"file": seen.pictures[number]}).json()["id"])
+        images.append(
+            server.api(
+                "POST", "/snapshots", data={"camera": id}, files={"file": seen.pictures[number]}
+            ).json()["id"]
+        )
         body = {**calibration_body(number, images[-1]), "camera": id}
         activate_despite(server, server.api("POST", "/calibrations", json=body).json()["id"])
     for id in CAMERAS:  # an image is taken once, of those that are awake
-        until(lambda id=id: server.api("GET", f"/cameras/{id}/status").json()["state"], lambda s: s == "live", 120)
+        until(
+            lambda id=id: server.api("GET", f"/cameras/{id}/status").json()["state"],
+            lambda s: s == "live",
+            120,
+        )
     yield images
     for id in CAMERAS:
         server.api("DELETE", f"/cameras/{id}")
@@ -145,7 +181,9 @@ def test_points_are_matched_from_the_rigs_page_and_a_reload_and_undo_lose_none(d
     expect(page.get_by_test_id("matches").locator("li")).to_have_count(3)
     assert desk.wait_for_pictures().kept() == before
     page.get_by_test_id("to-rig").click()
-    expect(page.get_by_test_id(f"pair-{WEST}-{EAST}")).to_contain_text(t("rig.match.count", count=2))
+    expect(page.get_by_test_id(f"pair-{WEST}-{EAST}")).to_contain_text(
+        t("rig.match.count", count=2)
+    )
 
 
 def by_keyboard(desk):
@@ -160,7 +198,10 @@ def by_keyboard(desk):
     x, y = desk.kept()[1]["b"]
     for key in ("ArrowRight", "Shift+ArrowUp", "Control+ArrowDown"):
         page.keyboard.press(key)
-    assert desk.kept()[1]["b"] == [pytest.approx(x + 0.1, abs=0.011), pytest.approx(y + 9, abs=0.011)]
+    assert desk.kept()[1]["b"] == [
+        pytest.approx(x + 0.1, abs=0.011),
+        pytest.approx(y + 9, abs=0.011),
+    ]
     page.keyboard.press("Delete")
     expect(page.get_by_test_id("mark-a-2")).to_have_count(0)
     page.keyboard.press("Control+z")
@@ -171,7 +212,9 @@ def by_keyboard(desk):
     expect(page.get_by_test_id("mark-a-3")).to_have_attribute("data-waits", "true")
 
 
-def test_a_former_address_leads_to_a_rig_made_for_it_and_the_check_names_an_outlier(desk, seen, cameras):
+def test_a_former_address_leads_to_a_rig_made_for_it_and_the_check_names_an_outlier(
+    desk, seen, cameras
+):
     page, west_east = desk.page, "/".join(cameras)
     desk.keep(cameras, seen, range(24))
     desk.at(f"/field/pairs/{west_east}")
@@ -195,10 +238,16 @@ def test_a_former_address_leads_to_a_rig_made_for_it_and_the_check_names_an_outl
     expect(page.get_by_test_id("match-report")).to_have_attribute("data-stale", "true")
     told = desk.check()
     assert told["fundamental"]["outliers"] == [] and told["agreement"]["verdict"]["level"] == "good"
-    expect(page.get_by_test_id("match-1")).to_contain_text(f"{told['calibrated']['epipolar_px'][0]:.2f} px")
-    expect(page.get_by_test_id("match-1")).to_contain_text(f"{told['agreement']['apart_mm'][0]:.1f} mm")
+    expect(page.get_by_test_id("match-1")).to_contain_text(
+        f"{told['calibrated']['epipolar_px'][0]:.2f} px"
+    )
+    expect(page.get_by_test_id("match-1")).to_contain_text(
+        f"{told['agreement']['apart_mm'][0]:.1f} mm"
+    )
     page.get_by_test_id("match-14").get_by_role("button").first.click()
-    expect(page.get_by_test_id("foretold-b")).to_contain_text(t("rig.match.foretold.up", height=150))
+    expect(page.get_by_test_id("foretold-b")).to_contain_text(
+        t("rig.match.foretold.up", height=150)
+    )
     manual_picture(page, "matched-points")
     desk.at(f"/pair/{'/'.join(reversed(cameras))}")  # the same rig, the same matches
     expect(page).to_have_url(re.compile(f"#/field/rigs/{RIG}/{WEST}/{EAST}$"))
@@ -208,8 +257,13 @@ def test_a_former_address_leads_to_a_rig_made_for_it_and_the_check_names_an_outl
 @pytest.mark.long
 def test_former_images_that_no_rig_can_have_say_what_to_do(desk, seen, cameras):
     uploaded = desk.server.api("POST", "/snapshots", files={"file": seen.pictures[0]}).json()["id"]
-    again = desk.server.api("POST", "/snapshots", data={"camera": WEST}, files={"file": seen.pictures[0]}).json()["id"]
-    for pictures, why in (((uploaded, cameras[1]), "no-camera"), ((cameras[0], again), "one-camera")):
+    again = desk.server.api(
+        "POST", "/snapshots", data={"camera": WEST}, files={"file": seen.pictures[0]}
+    ).json()["id"]
+    for pictures, why in (
+        ((uploaded, cameras[1]), "no-camera"),
+        ((cameras[0], again), "one-camera"),
+    ):
         desk.page.goto(f"{desk.server.url}/#/field/pairs/{'/'.join(pictures)}")
         expect(desk.page.get_by_test_id("field-page")).to_be_visible(timeout=LONG_MS)
         expect(desk.page.get_by_test_id("notice").last).to_contain_text(t(f"rig.former.{why}"))
@@ -219,7 +273,9 @@ def test_former_images_that_no_rig_can_have_say_what_to_do(desk, seen, cameras):
 
 @pytest.mark.long
 def test_fingers_tap_matches_and_a_second_tab_follows(browser, desk, rig, server, seen):
-    context = browser.new_context(viewport={"width": 900, "height": 1200}, has_touch=True, color_scheme="dark")
+    context = browser.new_context(
+        viewport={"width": 900, "height": 1200}, has_touch=True, color_scheme="dark"
+    )
     page, second = context.new_page(), context.new_page()
     first = Desk(page, server).at(f"/field/rigs/{rig}/{EAST}/{WEST}")
     Desk(second, server).at(f"/field/rigs/{rig}/{WEST}/{EAST}")
@@ -232,8 +288,10 @@ def test_fingers_tap_matches_and_a_second_tab_follows(browser, desk, rig, server
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("scheme, width, height", [("dark", 1440, 900), ("light", 1024, 768), ("dark", 390, 844),
-                                                   ("light", 390, 844)])
+@pytest.mark.parametrize(
+    "scheme, width, height",
+    [("dark", 1440, 900), ("light", 1024, 768), ("dark", 390, 844), ("light", 390, 844)],
+)
 def test_it_fits_every_screen_in_both_themes(desk, cameras, seen, tmp_path, scheme, width, height):
     page = desk.page
     desk.keep(cameras, seen, [*range(0, 12, 2), *range(12, 22)])

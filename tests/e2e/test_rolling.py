@@ -15,8 +15,17 @@ AGREEING = "[data-testid=roll]:not([data-level=left-out])"
 @pytest.fixture(scope="module")
 def camera(server):
     """One before which a ball rolls; it is gone when these tests are done."""
-    made = server.api("POST", "/cameras", json={"id": "rolling", "name": "Rolling", "source": SOURCE, "field": "table",
-                                                "region": "full"})
+    made = server.api(
+        "POST",
+        "/cameras",
+        json={
+            "id": "rolling",
+            "name": "Rolling",
+            "source": SOURCE,
+            "field": "table",
+            "region": "full",
+        },
+    )
     assert made.status_code == 201, made.text
     yield
     assert server.api("DELETE", "/cameras/rolling").status_code == 204
@@ -67,9 +76,15 @@ def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, 
     expect(page.locator(AGREEING).nth(5)).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("rolls-kind").select_option("division")
     page.get_by_test_id("do-fit-rolls").click()
-    expect(page.get_by_test_id("rolls-made")).to_contain_text(t("rolling.made.lens"), timeout=LONG_MS)
+    expect(page.get_by_test_id("rolls-made")).to_contain_text(
+        t("rolling.made.lens"), timeout=LONG_MS
+    )
     lens = server.api("GET", "/lenses").json()["items"][0]
-    assert (lens["model"], lens["camera"], lens["image_size"]) == ("division", "rolling", [640, 480])
+    assert (lens["model"], lens["camera"], lens["image_size"]) == (
+        "division",
+        "rolling",
+        [640, 480],
+    )
     page.get_by_test_id("use-roll-lens").click()
     expect(page.get_by_test_id("held-next")).to_contain_text(lens["note"])
     page.goto(f"{server.url}/#/lenses/ball/rolling")

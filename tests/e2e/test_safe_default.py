@@ -61,17 +61,24 @@ PHONE = pytest.mark.browser_context_args(viewport={"width": 390, "height": 844},
 
 
 @pytest.mark.usefixtures("server")  # which the others share
-@pytest.mark.parametrize("press", [
-    pytest.param(by_finger, marks=PHONE), long(by_mouse), long(by_keyboard)])
+@pytest.mark.parametrize(
+    "press", [pytest.param(by_finger, marks=PHONE), long(by_mouse), long(by_keyboard)]
+)
 def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibration_that_is_right(
-        new_context, own_server, tmp_path, press):
+    new_context, own_server, tmp_path, press
+):
     arriving = Operator(new_context().new_page(), own_server)
     page = arriving.visit(detect=True).page
     refused = []
-    page.on("response", lambda answer: answer.status >= 400 and refused.append((answer.status, answer.url)))
+    page.on(
+        "response",
+        lambda answer: answer.status >= 400 and refused.append((answer.status, answer.url)),
+    )
     before = {c["id"] for c in own_server.api("GET", "/calibrations").json()["items"]}
     go, presses = page.get_by_test_id("next"), 0
-    while not any(c["active"] for c in own_server.api("GET", "/calibrations?brief=true").json()["items"]):
+    while not any(
+        c["active"] for c in own_server.api("GET", "/calibrations?brief=true").json()["items"]
+    ):
         assert presses < MOST_PRESSES
         expect(go).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
         name = go.inner_text()
@@ -80,9 +87,13 @@ def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibratio
         expect(go).not_to_have_text(name, timeout=LONG_MS)
         page.screenshot(path=tmp_path / f"{presses}.png")
         if name == t("shell.next.continue"):
-            expect(page.get_by_test_id("checklist")).not_to_contain_text(t("verify.checking"), timeout=LONG_MS)
+            expect(page.get_by_test_id("checklist")).not_to_contain_text(
+                t("verify.checking"), timeout=LONG_MS
+            )
             page.screenshot(path=tmp_path / "verify.png")
-    made = next(c for c in own_server.api("GET", "/calibrations").json()["items"] if c["id"] not in before)
+    made = next(
+        c for c in own_server.api("GET", "/calibrations").json()["items"] if c["id"] not in before
+    )
     carpet_mm, hat_mm = true_mm(own_server, made)
     # of a height that nobody has measured: 5 to 7
     told_mm = made["report"]["sigma_mm"]["hat"]["rms"]
@@ -94,6 +105,7 @@ def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibratio
     arriving.is_at("points")
     assert own_server.api("GET", f"/snapshots/{arriving.snapshot}").json()["camera"] == "east"
     assert refused == []
+
 
 def test_saving_says_how_far_it_is_and_can_be_stopped(clicked):
     """An automatic model is a comparison of all of them."""
@@ -115,27 +127,37 @@ def test_saving_says_how_far_it_is_and_can_be_stopped(clicked):
     operator.next("verify")
 
 
-SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
+SPEC = SceneSpec(
+    3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0
+)
 
 
 def hidden(pixels):
     """The same with most of the inside covered: found, and not surely."""
     covered = pixels.copy()
     height, width = pixels.shape[:2]
-    noise = np.random.default_rng(0).integers(0, 255, (height // 8 + 1, width // 8 + 1, 3), np.uint8)
+    noise = np.random.default_rng(0).integers(
+        0, 255, (height // 8 + 1, width // 8 + 1, 3), np.uint8
+    )
     patch = cv2.resize(noise, (width, height), interpolation=cv2.INTER_NEAREST)
-    covered[height // 4:-height // 4, width // 3:] = patch[height // 4:-height // 4, width // 3:]
+    covered[height // 4 : -height // 4, width // 3 :] = patch[
+        height // 4 : -height // 4, width // 3 :
+    ]
     return covered
 
 
-def test_lines_that_the_detection_is_not_sure_of_are_offered_and_taken_one_by_one_or_all_and_undone(arriving, tmp_path):
+def test_lines_that_the_detection_is_not_sure_of_are_offered_and_taken_one_by_one_or_all_and_undone(
+    arriving, tmp_path
+):
     path = tmp_path / "covered.png"
     cv2.imwrite(str(path), hidden(scene_of(SPEC).pixels))
     operator = arriving.visit(detect=True).open(path, "ssl-div-b", "full")
     page = operator.page
     offer = page.get_by_test_id("proposal")
     expect(offer).to_be_visible(timeout=LONG_MS)
-    expect(page.get_by_test_id("lines-found")).to_contain_text(t("calibrate.find-lines-panel.not-sure"))
+    expect(page.get_by_test_id("lines-found")).to_contain_text(
+        t("calibrate.find-lines-panel.not-sure")
+    )
     assert operator.draft()["observations"] == []
     page.screenshot(path=tmp_path / "offered.png")
     count = offer.locator("li").count()
@@ -151,12 +173,15 @@ def test_lines_that_the_detection_is_not_sure_of_are_offered_and_taken_one_by_on
         page.keyboard.press("Control+z")
         assert len(operator.draft()["observations"]) == left
     expect(offer.locator("li")).to_have_count(count)  # as it was, and so is the message
-    expect(page.get_by_test_id("lines-found")).to_contain_text(t("calibrate.find-lines-panel.not-sure"))
+    expect(page.get_by_test_id("lines-found")).to_contain_text(
+        t("calibrate.find-lines-panel.not-sure")
+    )
 
 
 @pytest.mark.long
 def test_a_point_placed_while_lines_are_detected_stays_and_nothing_is_detected_over_an_operators_points(
-        arriving, server, border_draft):
+    arriving, server, border_draft
+):
     snapshot, draft = border_draft("brown-conrady")
     arriving.prefer("detect", "on")
     operator = arriving.go_on(snapshot, draft, "points")
@@ -165,7 +190,9 @@ def test_a_point_placed_while_lines_are_detected_stays_and_nothing_is_detected_o
     assert operator.draft()["observations"] == [{**o, "z_mm": 0} for o in draft["observations"]]
 
 
-def test_from_straight_above_the_camera_height_is_asked_for_and_nothing_else_is_missing(arriving, tmp_path):
+def test_from_straight_above_the_camera_height_is_asked_for_and_nothing_else_is_missing(
+    arriving, tmp_path
+):
     path = tmp_path / "above.png"
     cv2.imwrite(str(path), scene_of(replace(SPEC, tilt_deg=0.0)).pixels)
     operator = arriving.visit(detect=True).open(path, "ssl-div-b", "full")
@@ -179,10 +206,19 @@ def test_from_straight_above_the_camera_height_is_asked_for_and_nothing_else_is_
     assert page.get_by_test_id("fold-lens").get_attribute("open") is None
     height.fill(f"{SPEC.height_mm:.0f}")
     page.keyboard.press("Enter")
-    expect(page.get_by_test_id("robot-tops")).to_have_text(re.compile(r"^\d+(\.\d)? mm$"), timeout=LONG_MS)
+    expect(page.get_by_test_id("robot-tops")).to_have_text(
+        re.compile(r"^\d+(\.\d)? mm$"), timeout=LONG_MS
+    )
     expect(height).to_have_value(f"{SPEC.height_mm:.0f}")  # it stays in sight
     page.screenshot(path=tmp_path / "given.png")
     operator.next("verify")
     # From straight above no point can contradict the height that was entered.
-    for check, state in (("lines", "ok"), ("accuracy", "ok"), ("model", "ok"), ("height", "unknown")):
-        expect(page.get_by_test_id(f"check-{check}")).to_have_attribute("data-state", state, timeout=LONG_MS)
+    for check, state in (
+        ("lines", "ok"),
+        ("accuracy", "ok"),
+        ("model", "ok"),
+        ("height", "unknown"),
+    ):
+        expect(page.get_by_test_id(f"check-{check}")).to_have_attribute(
+            "data-state", state, timeout=LONG_MS
+        )

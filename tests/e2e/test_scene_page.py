@@ -22,14 +22,24 @@ NEAR, STILL = 40, 0.5  # of 255
 def kept(server):
     """Two versions from one picture of the demo's tilted camera: one with rays, one of a model that knows no camera."""
     source = next(camera["source"] for camera in CAMERAS if camera["id"] == "east")
-    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "east"}), lambda answer: answer.ok)
+    taken = until(
+        lambda: server.api("POST", "/snapshots", json={"camera": "east"}), lambda answer: answer.ok
+    )
     picture = taken.json()["id"]
     observations = border_and_circle_clicks(source, "half-right")
     ids = []
     for model in ("brown-conrady", "polynomial"):
-        made = server.api("POST", "/calibrations", json={
-            "snapshot": picture, "field": "ssl-div-b", "region": "half-right", "model": model,
-            "observations": observations})
+        made = server.api(
+            "POST",
+            "/calibrations",
+            json={
+                "snapshot": picture,
+                "field": "ssl-div-b",
+                "region": "half-right",
+                "model": model,
+                "observations": observations,
+            },
+        )
         assert made.ok, made.text
         ids.append(made.json()["id"])
     return ids
@@ -37,7 +47,10 @@ def kept(server):
 
 def plain(text: str) -> list[float]:
     """Numbers as the page prints them: −1 001, 982 mm."""
-    return [float(re.sub(r"\s", "", part).replace("−", "-")) for part in text.removesuffix(" mm").split(", ")]
+    return [
+        float(re.sub(r"\s", "", part).replace("−", "-"))
+        for part in text.removesuffix(" mm").split(", ")
+    ]
 
 
 def seen(page) -> np.ndarray:
@@ -56,11 +69,15 @@ def until_drawn(page) -> None:
         page.wait_for_timeout(500)
         before, last = last, seen(page).astype(float)
         height, width = last.shape[:2]
-        patch = last[int(0.42 * height):int(0.46 * height), int(0.55 * width):int(0.6 * width)]
+        patch = last[int(0.42 * height) : int(0.46 * height), int(0.55 * width) : int(0.6 * width)]
         moved = np.abs(last - before).mean() if before.shape == last.shape else np.inf
         return patch.reshape(-1, 3).mean(axis=0).tolist(), float(moved)
-    until(look, lambda told: np.abs(np.subtract(told[0], CARPET)).max() < NEAR and told[1] < STILL,
-               seconds=LONG_MS / 1000)
+
+    until(
+        look,
+        lambda told: np.abs(np.subtract(told[0], CARPET)).max() < NEAR and told[1] < STILL,
+        seconds=LONG_MS / 1000,
+    )
 
 
 @pytest.mark.long
@@ -68,7 +85,9 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     page, server = operator.page, operator.server
     page.set_viewport_size({"width": 1100, "height": 560})  # fewer pixels for a processor to shade
     page.goto(f"{server.url}/#/field/scene/{kept[0]}")
-    expect(page.get_by_test_id("scene-page")).to_have_attribute("data-ready", "true", timeout=LONG_MS)
+    expect(page.get_by_test_id("scene-page")).to_have_attribute(
+        "data-ready", "true", timeout=LONG_MS
+    )
     expect(page.get_by_test_id("scene-height")).to_contain_text("m")
     page.get_by_test_id("scene-above").click()
     until_drawn(page)
@@ -83,8 +102,11 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     numbers = plain(page.get_by_test_id("scene-place").locator("h2").inner_text())
     assert numbers == pytest.approx(wanted, abs=60)  # mm: three pixels of the window
 
-    answer = server.api("POST", f"/calibrations/{kept[0]}/transform",
-                        json={"from": "field", "to": "image", "points": [numbers]}).json()["points"][0]
+    answer = server.api(
+        "POST",
+        f"/calibrations/{kept[0]}/transform",
+        json={"from": "field", "to": "image", "points": [numbers]},
+    ).json()["points"][0]
     pixel = plain(page.get_by_test_id("place-pixel").inner_text())
     assert pixel == pytest.approx(answer, abs=1.0)  # the heading is in whole mm
     assert float(page.get_by_test_id("place-sigma").inner_text().split()[0]) > 0
@@ -96,7 +118,9 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     expect(through).to_have_attribute("aria-pressed", "true")
 
     page.get_by_test_id("place-show").click()
-    expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+    expect(page.get_by_test_id("step-points")).to_have_attribute(
+        "aria-current", "step", timeout=LONG_MS
+    )
     stage = page.get_by_test_id("stage").bounding_box()
     middle = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
     operator.wait_for_picture()

@@ -50,6 +50,7 @@ def page(operator, server, play):
     def set_anew():  # the page of the test before may have had a wish on its way
         tag = server.api("GET", "/cameras/seer/seeing").headers["ETag"]
         return server.api("PUT", "/cameras/seer/seeing", json=fresh, headers={"If-Match": tag})
+
     until(set_anew, lambda answer: answer.ok)
     page = operator.page
     page.goto(f"{server.url}/#/cameras/seer/live")
@@ -58,7 +59,9 @@ def page(operator, server, play):
     page.keyboard.press("F9")
     expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG_MS)
     # The colours that the camera found are known to the page as well: samples are counted from here on.
-    expect(page.get_by_test_id("learned")).to_contain_text(t("detection.colours.found"), timeout=LONG_MS)
+    expect(page.get_by_test_id("learned")).to_contain_text(
+        t("detection.colours.found"), timeout=LONG_MS
+    )
     return page
 
 
@@ -79,20 +82,30 @@ def held(server):
 
 def click_at(page, x, y):
     box = page.get_by_test_id("picking").bounding_box()
-    page.mouse.click(box["x"] + (x + 0.5) / 800 * box["width"], box["y"] + (y + 0.5) / 600 * box["height"])
+    page.mouse.click(
+        box["x"] + (x + 0.5) / 800 * box["width"], box["y"] + (y + 0.5) / 600 * box["height"]
+    )
 
 
-def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time(page, server, play, tmp_path):
+def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time(
+    page, server, play, tmp_path
+):
     rows = page.get_by_test_id("seen-row")
     # the calibration is in use
     expect(page.get_by_role("columnheader", name="x mm")).to_be_visible(timeout=LONG_MS)
     expect(rows.nth(len(play.robots) - 1)).to_be_visible(timeout=LONG_MS)
     (team, number), robot = next(iter(play.robots.items()))
-    row = rows.filter(has=page.get_by_role("rowheader", name=f"{team.capitalize()} {number}", exact=True))
+    row = rows.filter(
+        has=page.get_by_role("rowheader", name=f"{team.capitalize()} {number}", exact=True)
+    )
 
     def place_mm():  # the table is drawn anew with each frame
-        said = [text.replace("\u202f", "").replace("−", "-") for text in row.locator("td").all_inner_texts()[:2]]
+        said = [
+            text.replace("\u202f", "").replace("−", "-")
+            for text in row.locator("td").all_inner_texts()[:2]
+        ]
         return [int(text) for text in said if re.fullmatch(r"-?\d+", text)]
+
     until(place_mm, lambda now: now == pytest.approx([robot.x_mm, robot.y_mm], abs=30))
     manual_picture(page, "detection")
     press(page, "v", "seen-corrected")
@@ -102,8 +115,9 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     for name in ("noise", "colours", "blobs", "butterfly", "ball", "places"):
         expect(page.get_by_test_id(f"ms-{name}")).to_contain_text("ms")
     page.get_by_test_id("stage-colours").get_by_role("button").click()
-    expect(page.locator("[data-view=stage-colours] [data-testid=stage-live-colours]")).not_to_have_attribute(
-        "data-seq", "0", timeout=LONG_MS)
+    expect(
+        page.locator("[data-view=stage-colours] [data-testid=stage-live-colours]")
+    ).not_to_have_attribute("data-seq", "0", timeout=LONG_MS)
     page.get_by_test_id("options-ball").click()
     # a page looks every three seconds
     old = OldAnswer(page, "**/api/v1/cameras/seer/seeing").made()
@@ -121,7 +135,9 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     expect(page.get_by_test_id("plan")).to_have_value("ssl")
     expect(page.get_by_test_id("publish-words")).to_contain_text(t("detection.publish.off"))
     page.get_by_test_id("publish").check()
-    expect(page.get_by_test_id("publish-problem")).to_contain_text("Publishing is off.", timeout=LONG_MS)
+    expect(page.get_by_test_id("publish-problem")).to_contain_text(
+        "Publishing is off.", timeout=LONG_MS
+    )
     until(lambda: kept(server)["publish"], bool)
     page.get_by_test_id("publish").uncheck()
     expect(page.get_by_test_id("publish-words")).to_contain_text(t("detection.publish.off"))
@@ -129,7 +145,9 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
 
 
 @pytest.mark.long
-def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(page, server, play):
+def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(
+    page, server, play
+):
     press(page, " ", "hold-frame")
     expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG_MS)
     page.keyboard.press("3")
@@ -138,10 +156,14 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     click_at(page, *play.clicks()["blue"][0])
     expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG_MS)
     expect(page.get_by_test_id("learned")).to_contain_text("seer", timeout=LONG_MS)
-    expect(page.get_by_test_id("health-blue")).to_contain_text(like("detection.colours.margin"), timeout=LONG_MS)
+    expect(page.get_by_test_id("health-blue")).to_contain_text(
+        like("detection.colours.margin"), timeout=LONG_MS
+    )
     until(lambda: kept(server)["learned"], lambda learned: learned == "clicks")
     press(page, "m", "mask")
-    expect(page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")).to_be_visible(timeout=LONG_MS)
+    expect(
+        page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")
+    ).to_be_visible(timeout=LONG_MS)
     manual_picture(page, "detection-colours")
 
     page.reload()  # the frame, the colours and the way back are still there
@@ -157,9 +179,13 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     expect(page.get_by_test_id("preset")).to_have_value("north-hall", timeout=LONG_MS)
     page.get_by_test_id("copy-to").select_option("second")
     page.get_by_test_id("copy-colours").click()
-    expect(page.get_by_text(t("detection.presets.copied", camera="Second"))).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_text(t("detection.presets.copied", camera="Second"))).to_be_visible(
+        timeout=LONG_MS
+    )
     assert kept(server, "second")["colours"] == kept(server)["colours"] == "north-hall"
-    page.get_by_test_id("notice").get_by_role("button", name=t("detection.presets.copied.take-back")).click()
+    page.get_by_test_id("notice").get_by_role(
+        "button", name=t("detection.presets.copied.take-back")
+    ).click()
     until(lambda: kept(server, "second")["colours"], lambda name: name is None)
     page.get_by_test_id("sample-blue").last.click()
     expect(page.get_by_test_id("learned")).to_contain_text("north-hall, changed", timeout=LONG_MS)

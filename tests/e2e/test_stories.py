@@ -22,7 +22,10 @@ from touchline.core.field_json import field_from_json
 from touchline.sources import SourceContext, source_from_url
 
 STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture
-REAL = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
+REAL = {
+    "ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg",
+    "unball_full": "fields/unball/unball_path1.png",
+}
 
 
 def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server, tmp_path):
@@ -44,8 +47,13 @@ def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server,
 @pytest.mark.long
 def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     """From straight above nothing but a tape tells how high a camera hangs."""
-    straight_down = {"id": "straight-down", "name": "Straight down", "field": "vsss-3v3", "region": "full",
-                     "source": "sim://vsss-3v3?lens=strong"}
+    straight_down = {
+        "id": "straight-down",
+        "name": "Straight down",
+        "field": "vsss-3v3",
+        "region": "full",
+        "source": "sim://vsss-3v3?lens=strong",
+    }
     assert server.api("POST", "/cameras", json=straight_down).status_code == 201
     camera, region = _truth(server, straight_down)
     operator.page.reload()
@@ -61,17 +69,22 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     page.get_by_test_id("option-height_mm").fill(f"{camera.position_mm[2]:.0f}")
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("enter-height")).to_have_count(0, timeout=LONG_MS)
-    assert operator.draft()["options"]["height_mm"]["value"] == pytest.approx(camera.position_mm[2], abs=0.5)
+    assert operator.draft()["options"]["height_mm"]["value"] == pytest.approx(
+        camera.position_mm[2], abs=0.5
+    )
     expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "good")
     expect(page.get_by_test_id("next-click")).to_contain_text(like("canvas.overlay.next-click"))
     server.api("DELETE", "/cameras/straight-down")
 
 
 @pytest.mark.parametrize("name", ["ssl_2008_half", long("unball_full")])
-def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operator, server, clicks, real_data, tmp_path,
-                                                                           name):
+def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(
+    operator, server, clicks, real_data, tmp_path, name
+):
     picture, given = real_data(REAL[name]), clicks(name)
-    operator.open(picture, given["field"], given["region"]).click_all(given["observations"]).use_model("polynomial")
+    operator.open(picture, given["field"], given["region"]).click_all(
+        given["observations"]
+    ).use_model("polynomial")
     assert operator.draft()["observations"] == [{**o, "z_mm": 0} for o in given["observations"]]
     operator.page.screenshot(path=tmp_path / "borders.png")
     operator.next("verify")
@@ -85,10 +98,18 @@ def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operato
     assert shell["model"]["parameters"] == page["model"]["parameters"]
     assert shell["report"]["rms_px"] == pytest.approx(page["report"]["rms_px"], abs=1e-12)
 
-    for feature, axis, at in (("left", 0, 0), ("top", 1, 0), ("right", 0, None), ("bottom", 1, None)):
+    for feature, axis, at in (
+        ("left", 0, 0),
+        ("top", 1, 0),
+        ("right", 0, None),
+        ("bottom", 1, None),
+    ):
         raw = next(o["points"] for o in given["observations"] if o["feature"] == feature)
-        answer = server.api("POST", f"/calibrations/{page['id']}/transform",
-                            json={"from": "image", "to": "corrected", "points": raw}).json()
+        answer = server.api(
+            "POST",
+            f"/calibrations/{page['id']}/transform",
+            json={"from": "image", "to": "corrected", "points": raw},
+        ).json()
         across = np.array(answer["points"])[:, axis]
         wanted = page["corrected_size"][axis] - 1 if at is None else at
         assert np.abs(across - wanted).max() <= STRAIGHT_PX
@@ -97,7 +118,9 @@ def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operato
 
 
 @pytest.mark.long
-def test_saving_the_same_clicks_again_makes_no_new_version(operator, straight_picture, frame_points):
+def test_saving_the_same_clicks_again_makes_no_new_version(
+    operator, straight_picture, frame_points
+):
     operator.open(straight_picture, "table", "full")
     for feature in BORDERS:
         operator.click(feature, frame_points[feature])
@@ -109,7 +132,9 @@ def test_saving_the_same_clicks_again_makes_no_new_version(operator, straight_pi
 
 
 @pytest.mark.long
-def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, straight_picture, frame_points):
+def test_a_version_that_is_asked_for_twice_is_saved_once(
+    operator, server, straight_picture, frame_points
+):
     """By a hand that is quicker than the server."""
     page, held = operator.page, []
     operator.open(straight_picture, "table", "full")
@@ -172,8 +197,19 @@ def _truth(server, settings):
 def _calibrated_by_shell(picture, given, tmp_path):
     points, out = tmp_path / "points.json", tmp_path / "calibration.json"
     points.write_text(json.dumps(given))
-    command = [str(Path(sys.executable).parent / "touchline"), "calibrate", str(picture), "--field", given["field"],
-               "--region", given["region"], "--points", str(points), "-o", str(out)]
+    command = [
+        str(Path(sys.executable).parent / "touchline"),
+        "calibrate",
+        str(picture),
+        "--field",
+        given["field"],
+        "--region",
+        given["region"],
+        "--points",
+        str(points),
+        "-o",
+        str(out),
+    ]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return json.loads(out.read_text())

@@ -33,7 +33,9 @@ def two(browser, server):
     """Ada at a workstation and Grace at a tablet, each in a browser of their own."""
     operators = {}
     for name, size in (("Ada", (1280, 800)), ("Grace", (1024, 768))):
-        context = browser.new_context(viewport=dict(zip(("width", "height"), size, strict=True)), color_scheme="dark")
+        context = browser.new_context(
+            viewport=dict(zip(("width", "height"), size, strict=True)), color_scheme="dark"
+        )
         context.add_init_script(f"localStorage.setItem('touchline.operator', '{name}')")
         operators[name] = Operator(context.new_page(), server).visit()
     yield operators
@@ -41,25 +43,38 @@ def two(browser, server):
         operator.page.context.close()
 
 
-def test_two_operators_see_each_other_and_each_others_clicks_at_once(two, straight_picture, frame_points, tmp_path):
+def test_two_operators_see_each_other_and_each_others_clicks_at_once(
+    two, straight_picture, frame_points, tmp_path
+):
     ada, grace = two["Ada"], two["Grace"]
     ada.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
     ada.draft()
     grace.page.goto(ada.page.url)
     grace.wait_for_picture()
     expect(grace.page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=3))
-    expect(grace.page.get_by_test_id("presence")).to_contain_text(t("calibrate.presence.open", count=1, who="Ada"))
-    expect(ada.page.get_by_test_id("presence")).to_contain_text(t("calibrate.presence.open", count=1, who="Grace"))
+    expect(grace.page.get_by_test_id("presence")).to_contain_text(
+        t("calibrate.presence.open", count=1, who="Ada")
+    )
+    expect(ada.page.get_by_test_id("presence")).to_contain_text(
+        t("calibrate.presence.open", count=1, who="Grace")
+    )
     ada.page.bring_to_front()
     grace.click("top", frame_points["top"])
     expect(ada.page.get_by_test_id("border-top")).to_contain_text(t("common.points", count=6))
-    expect(ada.page.get_by_test_id("changed-by")).to_contain_text(t("calibrate.presence.changed", name="Grace"))
+    expect(ada.page.get_by_test_id("changed-by")).to_contain_text(
+        t("calibrate.presence.changed", name="Grace")
+    )
     ada.page.screenshot(path=tmp_path / "ada.png")
     grace.page.screenshot(path=tmp_path / "grace.png")
-    for border, points in (("left", frame_points["left"][3:]), *((b, frame_points[b]) for b in ("right", "bottom"))):
+    for border, points in (
+        ("left", frame_points["left"][3:]),
+        *((b, frame_points[b]) for b in ("right", "bottom")),
+    ):
         ada.click(border, points)
     expect(grace.page.get_by_test_id("border-bottom")).to_contain_text(t("common.points", count=6))
-    assert {border: grace.points(border) for border in BORDERS} == {border: frame_points[border] for border in BORDERS}
+    assert {border: grace.points(border) for border in BORDERS} == {
+        border: frame_points[border] for border in BORDERS
+    }
     expect(ada.page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
     ada.next("verify")
     assert ada.saved()["made_by"] == "Ada"
@@ -86,8 +101,9 @@ def test_what_the_other_did_is_taken_back_by_one_undo(two, straight_picture, fra
 
 
 @pytest.mark.long
-def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, frame_points, straight_picture,
-                                                             tmp_path):
+def test_a_server_that_is_killed_in_the_middle_costs_nothing(
+    page, own_server, frame_points, straight_picture, tmp_path
+):
     operator = Operator(page, own_server).visit()
     operator.open(straight_picture, "table", "full").click("left", frame_points["left"])
     operator.draft()
@@ -99,7 +115,9 @@ def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, f
     own_server.start()
     expect(page.get_by_test_id("away")).to_have_count(0)
     operator.click("bottom", frame_points["bottom"])
-    assert {border: operator.points(border) for border in BORDERS} == {b: frame_points[b] for b in BORDERS}
+    assert {border: operator.points(border) for border in BORDERS} == {
+        b: frame_points[b] for b in BORDERS
+    }
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
     operator.next("verify")
     kept = operator.saved()
@@ -115,7 +133,11 @@ def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, f
 @pytest.mark.long
 def test_a_dead_camera_says_its_cure_and_the_rest_goes_on(operator, server, tmp_path):
     """Its picture is gone, as a network camera's may be."""
-    answer = server.api("POST", "/cameras", json={"id": "dead", "name": "Dead camera", "source": "picture://gone.png"})
+    answer = server.api(
+        "POST",
+        "/cameras",
+        json={"id": "dead", "name": "Dead camera", "source": "picture://gone.png"},
+    )
     assert answer.status_code == 201
     page = operator.page
     page.reload()
@@ -137,26 +159,45 @@ def test_a_dead_camera_says_its_cure_and_the_rest_goes_on(operator, server, tmp_
 def test_of_two_who_change_the_same_the_slower_one_is_told_and_nothing_is_lost(page, own_server):
     """Behind the polls of an operator who looks away for a moment: another one activates, writes and publishes."""
     server, headers = own_server, {"X-Operator": "Grace"}
-    ids = [server.api("POST", "/calibrations/import", data={"camera": "overhead"}, files={"file": (
-        "a.json", interchange.export(example("brown-conrady", 0), "json").data)}).json()["id"] for _ in range(3)]
+    ids = [
+        server.api(
+            "POST",
+            "/calibrations/import",
+            data={"camera": "overhead"},
+            files={
+                "file": ("a.json", interchange.export(example("brown-conrady", 0), "json").data)
+            },
+        ).json()["id"]
+        for _ in range(3)
+    ]
     page.goto(f"{server.url}/#/cameras/overhead/versions")
     newest = page.get_by_test_id("shelf-version").first
     expect(newest).to_be_visible()
     for path in ("cameras/status", "publishing"):
-        page.route(f"**/api/v1/{path}", lambda route: route.abort() if route.request.method == "GET" else
-                   route.continue_())
+        page.route(
+            f"**/api/v1/{path}",
+            lambda route: route.abort() if route.request.method == "GET" else route.continue_(),
+        )
     activate_despite(server, ids[0], headers=headers)
-    assert server.api("PATCH", f"/calibrations/{ids[2]}", json={"note": "by Grace"}, headers=headers).ok
+    assert server.api(
+        "PATCH", f"/calibrations/{ids[2]}", json={"note": "by Grace"}, headers=headers
+    ).ok
 
     press_activate(page, newest.get_by_test_id("shelf-activate"))
-    expect(page.get_by_text("Grace has activated version 1 since you opened this page.")).to_be_visible()
+    expect(
+        page.get_by_text("Grace has activated version 1 since you opened this page.")
+    ).to_be_visible()
     assert server.api("GET", f"/calibrations/{ids[0]}").json()["active"]
     expect(page.get_by_test_id("shelf-version").last).to_have_attribute("data-active", "true")
-    press_activate(page, page.get_by_role("button", name=t("versions.activate-all-the-same", version=3)))
+    press_activate(
+        page, page.get_by_role("button", name=t("versions.activate-all-the-same", version=3))
+    )
     expect(newest).to_have_attribute("data-active", "true")
 
     note = page.get_by_test_id("shelf-note")
-    assert server.api("PATCH", f"/calibrations/{ids[1]}", json={"note": "by Grace"}, headers=headers).ok
+    assert server.api(
+        "PATCH", f"/calibrations/{ids[1]}", json={"note": "by Grace"}, headers=headers
+    ).ok
     note.nth(1).fill("by Ada")
     note.nth(1).press("Tab")
     expect(page.get_by_text(t("core.api.changed-since"))).to_be_visible()
@@ -166,12 +207,16 @@ def test_of_two_who_change_the_same_the_slower_one_is_told_and_nothing_is_lost(p
     page.unroute("**/api/v1/publishing")
     page.goto(f"{server.url}/#/system/publishing")
     expect(page.get_by_test_id("network-ttl")).to_be_visible()
-    page.route("**/api/v1/publishing", lambda route: route.abort() if route.request.method == "GET" else
-               route.continue_())
+    page.route(
+        "**/api/v1/publishing",
+        lambda route: route.abort() if route.request.method == "GET" else route.continue_(),
+    )
     assert server.api("PUT", "/publishing", json={"ttl": 3}, headers=headers).ok
     page.get_by_test_id("network-limit_mm").fill("20")
     page.get_by_test_id("network-limit_mm").press("Tab")
-    expect(page.get_by_text("Another user has changed the publishing settings since you opened them.")).to_be_visible()
+    expect(
+        page.get_by_text("Another user has changed the publishing settings since you opened them.")
+    ).to_be_visible()
     page.unroute("**/api/v1/publishing")
     expect(page.get_by_test_id("network-ttl")).to_have_value("3")
     assert server.api("GET", "/publishing").json()["limit_mm"] == 30

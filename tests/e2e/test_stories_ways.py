@@ -20,13 +20,24 @@ def patience():
 
 
 @pytest.mark.long
-def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server, clicks, real_data, tmp_path):
+def test_by_mouse_on_a_real_picture_until_the_version_is_active(
+    operator, server, clicks, real_data, tmp_path
+):
     picture, given, page = real_data(REAL), clicks("ssl_2008_half"), operator.page
     shown = server.data / "shown"
     shown.mkdir(exist_ok=True)
     (shown / "hall.jpg").write_bytes(picture.read_bytes())
-    server.api("POST", "/cameras", json={"id": "hall", "name": "Hall", "source": "picture://hall.jpg",
-                                         "field": given["field"], "region": given["region"]})
+    server.api(
+        "POST",
+        "/cameras",
+        json={
+            "id": "hall",
+            "name": "Hall",
+            "source": "picture://hall.jpg",
+            "field": given["field"],
+            "region": given["region"],
+        },
+    )
     page.reload()
     operator.take("hall").click_all(given["observations"])
     assert operator.draft()["observations"] == [{**o, "z_mm": 0} for o in given["observations"]]
@@ -50,7 +61,9 @@ def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server
 
 
 @pytest.mark.long
-def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_one_before(operator, server, tmp_path):
+def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_one_before(
+    operator, server, tmp_path
+):
     page, made = operator.page, []
     for turn in (1, 2):
         page.keyboard.press("Escape")
@@ -60,9 +73,19 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
         operator.wait_for_picture()
         page.get_by_test_id("stage").focus()
         # A point lands in the middle of the stage: pan to a border, then along it.
-        for key, towards, along in (("1", "ArrowLeft", "ArrowDown"), ("2", "ArrowRight", "ArrowDown"),
-                                    ("3", "ArrowUp", "ArrowRight"), ("4", "ArrowDown", "ArrowRight")):
-            for pressed in ("Escape", "0", key, *[towards] * 5, *["a", "Escape", along] * (4 + turn)):
+        for key, towards, along in (
+            ("1", "ArrowLeft", "ArrowDown"),
+            ("2", "ArrowRight", "ArrowDown"),
+            ("3", "ArrowUp", "ArrowRight"),
+            ("4", "ArrowDown", "ArrowRight"),
+        ):
+            for pressed in (
+                "Escape",
+                "0",
+                key,
+                *[towards] * 5,
+                *["a", "Escape", along] * (4 + turn),
+            ):
                 page.keyboard.press(pressed)
         expect(page.get_by_test_id("next")).to_have_text(t("shell.next.continue"))
         expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
@@ -70,7 +93,9 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
         expect(page.get_by_test_id("step-verify")).to_have_attribute("aria-current", "step")
         expect(page.get_by_test_id("next")).to_contain_text(like("verify.activate-version-anyway"))
         made.append(operator.saved()["version"])
-        expect(page.get_by_test_id("next")).to_have_text(t("verify.activate-version-anyway", version=made[-1]))
+        expect(page.get_by_test_id("next")).to_have_text(
+            t("verify.activate-version-anyway", version=made[-1])
+        )
         page.get_by_test_id("stage").focus()
         page.keyboard.press("Enter")  # of the page, not of the button
         expect(page.get_by_test_id("activation-warning")).to_have_count(0)
@@ -79,7 +104,9 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
         expect(page.get_by_test_id("activate-cancel")).to_be_focused()
         page.keyboard.press("Tab")
         page.keyboard.press("Enter")
-        expect(page.get_by_test_id("notice").last).to_contain_text(like("versions.activated", version=made[-1]))
+        expect(page.get_by_test_id("notice").last).to_contain_text(
+            like("versions.activated", version=made[-1])
+        )
         operator.is_active()
         page.screenshot(path=tmp_path / f"active-{turn}.png")
         expect(page.get_by_test_id("camera-east")).to_be_visible()
@@ -89,7 +116,8 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("tab-versions")).to_have_attribute("aria-current", "page")
     expect(page.get_by_test_id("do-roll-back")).to_have_text(  # of no other camera
-        t("versions.roll-back.go-back", version=made[0]))
+        t("versions.roll-back.go-back", version=made[0])
+    )
     page.get_by_test_id("do-roll-back").focus()
     page.keyboard.press("Enter")
     before = page.locator(f"[data-testid=shelf-version][data-version='{made[0]}']")
@@ -98,10 +126,15 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
     page.screenshot(path=tmp_path / "rolled-back.png")
 
 
-@pytest.mark.parametrize("size", [pytest.param((390, 844), id="telephone"),
-                                  long((820, 1180), id="tablet")])
-def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_points, tmp_path, size):
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, has_touch=True, color_scheme="dark")
+@pytest.mark.parametrize(
+    "size", [pytest.param((390, 844), id="telephone"), long((820, 1180), id="tablet")]
+)
+def test_by_finger_on_a_small_screen(
+    browser, server, straight_picture, frame_points, tmp_path, size
+):
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]}, has_touch=True, color_scheme="dark"
+    )
     page = context.new_page()
     operator = Operator(page, server).visit()
     page.get_by_test_id("file").set_input_files(straight_picture)
@@ -128,10 +161,16 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
     operator.wait_for_picture()
     page.screenshot(path=tmp_path / "verify.png")
     assert operator.saved()["report"]["verdict"]["mm"] is not None
-    wide = page.evaluate("[...document.querySelectorAll('body, aside')].filter(e => e.scrollWidth > innerWidth + 1)"
-                         ".map(e => e.tagName)")
+    wide = page.evaluate(
+        "[...document.querySelectorAll('body, aside')].filter(e => e.scrollWidth > innerWidth + 1)"
+        ".map(e => e.tagName)"
+    )
     assert wide == []
-    for name, address in (("settings", "system/server"), ("jobs", "system/jobs"), ("versions", "library/versions")):
+    for name, address in (
+        ("settings", "system/server"),
+        ("jobs", "system/jobs"),
+        ("versions", "library/versions"),
+    ):
         page.goto(f"{server.url}/#/{address}")
         expect(page.get_by_test_id(f"{name}-page")).to_be_visible()
         page.screenshot(path=tmp_path / f"{name}.png")

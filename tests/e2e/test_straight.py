@@ -26,9 +26,11 @@ def desk(operator):
 @pytest.fixture
 def drawn(tmp_path):
     """A function: a drawn picture's path."""
+
     def drawn(name, pixels):
         cv2.imwrite(str(tmp_path / name), pixels)
         return tmp_path / name
+
     return drawn
 
 
@@ -45,26 +47,43 @@ def report(server):
 
 
 def overflowing(desk):
-    return desk.evaluate("[...document.querySelectorAll('aside, .stage, footer')]"
-                         ".filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)")
+    return desk.evaluate(
+        "[...document.querySelectorAll('aside, .stage, footer')]"
+        ".filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)"
+    )
 
 
-def test_bent_edges_are_seen_as_taken_and_straightened_and_the_lens_is_told(desk, server, drawn, tmp_path):
+def test_bent_edges_are_seen_as_taken_and_straightened_and_the_lens_is_told(
+    desk, server, drawn, tmp_path
+):
     desk.screenshot(path=tmp_path / "empty.png")
-    judge(desk, [drawn("bent.png", bars_behind(BENT)), drawn("dim.png", bars_behind(BENT, shade=110))])
+    judge(
+        desk, [drawn("bent.png", bars_behind(BENT)), drawn("dim.png", bars_behind(BENT, shade=110))]
+    )
     expect(desk.get_by_test_id("straight-verdict")).to_be_visible(timeout=LONG_MS)
     found = report(server)
-    expect(desk.get_by_test_id("straight-verdict")).to_have_attribute("data-distortion", "significant")
+    expect(desk.get_by_test_id("straight-verdict")).to_have_attribute(
+        "data-distortion", "significant"
+    )
     expect(desk.get_by_test_id("straight-verdict")).to_contain_text(found["sentence"])
     expect(desk.get_by_test_id("straight-bow")).to_have_text(
-        f"{found['bow']['most']['px']:.2f} ± {found['bow']['most']['sigma_px']:.2f} px")
-    expect(desk.get_by_test_id("straight-before")).to_have_text(f"{found['straightness_px']['before']:.2f} px")
-    expect(desk.get_by_test_id("straight-after")).to_have_text(f"{found['straightness_px']['after']:.2f} px")
-    expect(desk.get_by_test_id("straight-lens")).to_contain_text(f"−{-found['lens']['terms']['k']:.4f} ±")
+        f"{found['bow']['most']['px']:.2f} ± {found['bow']['most']['sigma_px']:.2f} px"
+    )
+    expect(desk.get_by_test_id("straight-before")).to_have_text(
+        f"{found['straightness_px']['before']:.2f} px"
+    )
+    expect(desk.get_by_test_id("straight-after")).to_have_text(
+        f"{found['straightness_px']['after']:.2f} px"
+    )
+    expect(desk.get_by_test_id("straight-lens")).to_contain_text(
+        f"−{-found['lens']['terms']['k']:.4f} ±"
+    )
     first = [line for line in found["lines"] if line["picture"] == 0]
     expect(desk.get_by_test_id("edge")).to_have_count(len(first))
     used = sum(e["used"] for e in first)
-    expect(desk.get_by_test_id("view").first).to_contain_text(t("straight.edges-used", used=used, count=len(first)))
+    expect(desk.get_by_test_id("view").first).to_contain_text(
+        t("straight.edges-used", used=used, count=len(first))
+    )
     manual_picture(desk, "straight-edges")
 
     lies_on_the_picture(desk, first[0]["chain"])
@@ -75,7 +94,9 @@ def test_bent_edges_are_seen_as_taken_and_straightened_and_the_lens_is_told(desk
 
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("edges")).to_have_attribute("data-shown", "straight")
-    expect(desk.get_by_test_id("edges-picture")).to_have_attribute("src", re.compile("^blob:"), timeout=LONG_MS)
+    expect(desk.get_by_test_id("edges-picture")).to_have_attribute(
+        "src", re.compile("^blob:"), timeout=LONG_MS
+    )
     lies_on_the_picture(desk, first[0]["straight"])
     desk.screenshot(path=tmp_path / "straightened.png")
     desk.get_by_test_id("as-taken").click()
@@ -91,7 +112,9 @@ def spot(desk, point):
     """Where a picture pixel of the figure is on the screen."""
     desk.get_by_test_id("edges").scroll_into_view_if_needed()
     box = desk.get_by_test_id("edges-picture").bounding_box()
-    return box["x"] + (point[0] + 0.5) * box["width"] / 640, box["y"] + (point[1] + 0.5) * box["height"] / 480
+    return box["x"] + (point[0] + 0.5) * box["width"] / 640, box["y"] + (point[1] + 0.5) * box[
+        "height"
+    ] / 480
 
 
 def lies_on_the_picture(desk, chain):
@@ -102,7 +125,9 @@ def lies_on_the_picture(desk, chain):
     pixels = cv2.imdecode(np.frombuffer(picture.screenshot(), np.uint8), 0).astype(float)
     hidden.evaluate("style => style.remove()")
     scale = np.array(pixels.shape[::-1]) / (640, 480)
-    points = (np.array([p for p in chain if p and 20 < p[0] < 620 and 20 < p[1] < 460]) + 0.5) * scale
+    points = (
+        np.array([p for p in chain if p and 20 < p[0] < 620 and 20 < p[1] < 460]) + 0.5
+    ) * scale
     steep = np.hypot(*np.gradient(cv2.GaussianBlur(pixels, (0, 0), 1.5)))
     x, y = points.astype(int).T
     assert len(points) >= 5 and np.median(steep[y, x]) > 8
@@ -125,16 +150,25 @@ def test_a_straight_picture_is_said_to_be_straight_and_a_reload_goes_on(desk, dr
 
 
 @pytest.mark.long
-def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(desk, server, drawn, tmp_path):
+def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(
+    desk, server, drawn, tmp_path
+):
     judge(desk, [drawn("grey.png", np.full((480, 640, 3), 128, np.uint8))])
-    expect(desk.get_by_test_id("straight-refusal")).to_contain_text("more straight edges", timeout=LONG_MS)
+    expect(desk.get_by_test_id("straight-refusal")).to_contain_text(
+        "more straight edges", timeout=LONG_MS
+    )
     desk.screenshot(path=tmp_path / "refused.png")
     desk.get_by_role("button", name=t("lens-pictures.remove-all")).click()
     # which takes long to look through
     grain = np.random.default_rng(1).normal(0, 10, (480, 640, 3))
     before = jobs_so_far(server)
-    judge(desk, [drawn(f"{n}.png", np.clip(bars_behind(shade=90 + n) + grain, 0, 255).astype(np.uint8))
-                 for n in range(24)])
+    judge(
+        desk,
+        [
+            drawn(f"{n}.png", np.clip(bars_behind(shade=90 + n) + grain, 0, 255).astype(np.uint8))
+            for n in range(24)
+        ],
+    )
     desk.get_by_test_id("do-stop-judging").click()
     expect(desk.get_by_test_id("finding")).to_have_count(0)
     newest_job(server, "straightness", "cancelled", besides=before)
@@ -160,7 +194,9 @@ def test_a_picture_is_taken_with_a_camera_and_its_lens_is_judged(desk, server, t
     uploaded = desk.get_by_test_id("view").filter(has_text=t("lens-pictures.state.uploaded"))
     expect(uploaded).to_have_count(1, timeout=LONG_MS)
     desk.get_by_test_id("next").click()
-    expect(desk.get_by_test_id("straight-verdict")).to_have_attribute("data-distortion", "significant", timeout=LONG_MS)
+    expect(desk.get_by_test_id("straight-verdict")).to_have_attribute(
+        "data-distortion", "significant", timeout=LONG_MS
+    )
     assert report(server)["straightness_px"]["after"] < 0.3
     desk.screenshot(path=tmp_path / "camera.png")
 
@@ -172,10 +208,15 @@ def test_the_facade_of_a_published_picture(desk, server, real_data, tmp_path):
     found = report(server)
     assert found["straightness_px"]["after"] <= 0.20
     expect(desk.get_by_test_id("bow-label")).to_contain_text(
-        t("straight.figure.bow", bow=f"{found['bow']['most']['px']:.1f}"))
-    expect(desk.get_by_test_id("left-out").locator("li")).to_have_count(len(found["lines"]) - found["lines_used"])
+        t("straight.figure.bow", bow=f"{found['bow']['most']['px']:.1f}")
+    )
+    expect(desk.get_by_test_id("left-out").locator("li")).to_have_count(
+        len(found["lines"]) - found["lines_used"]
+    )
     desk.screenshot(path=tmp_path / "facade.png")
     desk.get_by_test_id("as-straightened").click()
-    expect(desk.get_by_test_id("edges-picture")).to_have_attribute("src", re.compile("^blob:"), timeout=LONG_MS)
+    expect(desk.get_by_test_id("edges-picture")).to_have_attribute(
+        "src", re.compile("^blob:"), timeout=LONG_MS
+    )
     desk.get_by_test_id("edges-picture").evaluate("picture => picture.decode()")
     desk.screenshot(path=tmp_path / "facade-straightened.png")

@@ -41,7 +41,9 @@ def a_question_mark_opens_the_manual_at_its_heading(page):
     expect(heading).to_be_focused()
     page.get_by_test_id("manual").get_by_role("button", name=t("help.manual.all-pages")).click()
     page.get_by_test_id("manual").get_by_role("link", name="Troubleshooting").click()
-    expect(page.get_by_test_id("manual").get_by_role("heading", name="Troubleshooting")).to_be_visible()
+    expect(
+        page.get_by_test_id("manual").get_by_role("heading", name="Troubleshooting")
+    ).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("help-panel")).to_have_count(0)
 
@@ -55,7 +57,9 @@ def its_numbers_are_told(operator, server):
     page.keyboard.press("F2")
     seen = stops(page)
     assert len(seen) > 10
-    assert f"{titled('markings.left')}\n{t('common.points', count=7)}" in seen["borders"].replace("\t", "\n")
+    assert f"{titled('markings.left')}\n{t('common.points', count=7)}" in seen["borders"].replace(
+        "\t", "\n"
+    )
     assert f"{saved['report']['verdict']['mm']:.1f} mm" in seen["verdict"]
     assert f"{saved['report']['rms_px']:.2f} px" in seen["residuals"]
     assert f"{WIDTH} × {HEIGHT} px" in seen["picture"]
@@ -109,7 +113,9 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page.get_by_test_id("camera-overhead").click()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "drawing", timeout=LONG_MS)
     expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
-    ring = until(lambda: page.get_by_test_id("tour-ring").bounding_box(), lambda box: box is not None)
+    ring = until(
+        lambda: page.get_by_test_id("tour-ring").bounding_box(), lambda box: box is not None
+    )
     drawing = page.locator("aside.left .field").bounding_box()
     for side in ("x", "y", "width"):  # about what it speaks of, as far down as that is in sight
         assert abs(ring[side] - drawing[side]) < 12, side

@@ -29,20 +29,39 @@ def kept(server):
 
     beside_px: the upper one so far below its place.
     """
+
     def kept(camera: str, model: str, beside_px: float = 0.0, **options) -> dict:
         settings = DEMO[camera]
         field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
         source = source_from_url(settings["source"], SourceContext(fields={field.name: field}))
         region = field.region(settings["region"])
-        taken = until(lambda: server.api("POST", "/snapshots", json={"camera": camera}),
-                      # until then the camera's process is starting
-                      lambda answer: answer.status_code != 503)
-        answer = server.api("POST", "/calibrations", json={
-            "field": field.name, "region": region.name, "model": model, "options": options,
-            "snapshot": taken.json()["id"], "camera": camera, "observations": [
-                {"feature": name, "kind": "line",
-                 "points": np.add(points[1:-1], [0, beside_px if name == "top" else 0]).tolist()}
-                for name, points in border_clicks(source.camera, region, 9, NOISE_PX).items()]})
+        taken = until(
+            lambda: server.api("POST", "/snapshots", json={"camera": camera}),
+            # until then the camera's process is starting
+            lambda answer: answer.status_code != 503,
+        )
+        answer = server.api(
+            "POST",
+            "/calibrations",
+            json={
+                "field": field.name,
+                "region": region.name,
+                "model": model,
+                "options": options,
+                "snapshot": taken.json()["id"],
+                "camera": camera,
+                "observations": [
+                    {
+                        "feature": name,
+                        "kind": "line",
+                        "points": np.add(
+                            points[1:-1], [0, beside_px if name == "top" else 0]
+                        ).tolist(),
+                    }
+                    for name, points in border_clicks(source.camera, region, 9, NOISE_PX).items()
+                ],
+            },
+        )
         assert answer.ok, answer.text
         return answer.json()
 
@@ -52,10 +71,13 @@ def kept(server):
 @pytest.fixture
 def before(arriving):
     """A function that puts the operator before a saved version, where it is activated."""
+
     def before(version: dict):
         arriving.page.add_init_script(path=axe_path())
         draft = {name: version[name] for name in ("field", "region", "options", "observations")}
-        return arriving.go_on(version["snapshot"], {**draft, "model": version["model"]["name"]}, "verify")
+        return arriving.go_on(
+            version["snapshot"], {**draft, "model": version["model"]["name"]}, "verify"
+        )
 
     return before
 
@@ -85,15 +107,18 @@ def shot(page, path) -> None:
     page.set_viewport_size({"width": 1280, "height": 800})
 
 
-def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, before, server, tmp_path):
+def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(
+    kept, before, server, tmp_path
+):
     activate(server, kept("east", "brown-conrady", **EAST))
     activate(server, kept("overhead", "polynomial"))
     good = kept("overhead", "brown-conrady", **TAPED)
     operator = before(good)
     page = operator.page
     leaving_ends_the_checks_and_a_refused_one_is_unknown(operator)
-    expect(page.get_by_test_id("next")).to_have_text(t("common.activate-version", version=good["version"]),
-                                                     timeout=LONG_MS)
+    expect(page.get_by_test_id("next")).to_have_text(
+        t("common.activate-version", version=good["version"]), timeout=LONG_MS
+    )
     nothing_wrong = re.compile("Ready to activate|No problems found")
     expect(page.get_by_test_id("headline")).to_have_text(nothing_wrong)
     expect(state(page, "lines", "ok")).to_contain_text("9 of 9 lines")
@@ -118,7 +143,8 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, be
     assert active(server) != good["id"]
     page.get_by_test_id("next").click()
     expect(page.get_by_test_id("notice").last).to_contain_text(
-        t("versions.activated", version=good["version"], camera=DEMO["overhead"]["name"]))
+        t("versions.activated", version=good["version"], camera=DEMO["overhead"]["name"])
+    )
     expect(page.get_by_test_id("camera-overhead")).to_be_visible()
     expect(page).to_have_url(re.compile(r"#/cameras$"))
     assert active(server) == good["id"]
@@ -128,8 +154,14 @@ def leaving_ends_the_checks_and_a_refused_one_is_unknown(operator):
     page = operator.page
     expect(page.get_by_test_id("headline")).not_to_have_text(t("verify.checking"), timeout=LONG_MS)
     looking = "**/calibrations/*/claims"
-    answers = iter([lambda route: None, lambda route: route.fulfill(  # the first is never answered
-        status=503, json={"detail": "The server is busy.", "fix": "Try again."})])
+    answers = iter(
+        [
+            lambda route: None,
+            lambda route: route.fulfill(  # the first is never answered
+                status=503, json={"detail": "The server is busy.", "fix": "Try again."}
+            ),
+        ]
+    )
     page.route(looking, lambda route: next(answers)(route))
     page.reload()
     operator.is_at("verify")
@@ -154,7 +186,9 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
     bad = kept("overhead", "polynomial")
     page = before(bad).page
     primary, warning = page.get_by_test_id("next"), page.get_by_test_id("activation-warning")
-    expect(primary).to_have_text(t("verify.activate-version-anyway", version=bad["version"]), timeout=LONG_MS)
+    expect(primary).to_have_text(
+        t("verify.activate-version-anyway", version=bad["version"]), timeout=LONG_MS
+    )
     expect(page.get_by_test_id("headline")).to_contain_text(like("verify.headline.not-ready"))
     for check in ("lines", "accuracy", "model"):
         state(page, check, "bad")
@@ -182,13 +216,16 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
     page.keyboard.press("Tab")
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("notice").last).to_contain_text(
-        t("versions.activated", version=bad["version"], camera=DEMO["overhead"]["name"]))
+        t("versions.activated", version=bad["version"], camera=DEMO["overhead"]["name"])
+    )
     expect(page).to_have_url(re.compile(r"#/cameras$"))
     assert active(server) == bad["id"]
 
 
 @pytest.mark.long
-def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(kept, before, server, tmp_path):
+def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(
+    kept, before, server, tmp_path
+):
     activate(server, kept("east", "brown-conrady", beside_px=15.0, **EAST))
     other = kept("overhead", "brown-conrady", height_mm={"value": 5600, "sigma": 20})
     activate(server, other)
@@ -196,7 +233,10 @@ def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(kept, befor
     neighbour = state(page, "neighbour-east", "bad")
     expect(neighbour).to_contain_text(f"Does not agree with {DEMO['east']['name']}")
     expect(neighbour.get_by_role("link")).to_have_attribute("href", "#/field")
-    expect(state(page, "lens", "note")).to_contain_text(f"Lens differs from version {other['version']}")
+    expect(state(page, "lens", "note")).to_contain_text(
+        f"Lens differs from version {other['version']}"
+    )
     expect(page.get_by_test_id("next")).to_have_text(
-        re.compile(like("verify.activate-version-anyway").pattern + "$"), timeout=LONG_MS)
+        re.compile(like("verify.activate-version-anyway").pattern + "$"), timeout=LONG_MS
+    )
     shot(page, tmp_path / "neighbour.png")

@@ -21,9 +21,17 @@ from touchline.workflows import interchange  # noqa: E402
 
 def cases() -> list[tuple[str, str, int]]:
     """(format, model, index) of every golden file."""
-    held = [(f, name, i) for f in LENS_FORMATS for name, i in EXAMPLES if exact_camera(
-        model_of(name, i), FORMATS[f].lenses, FORMATS[f].square_pixels) is not None]
-    return [*(("json", name, i) for name, i in EXAMPLES), *(("csv", name, i) for name, i in EXAMPLES if i == 0), *held]
+    held = [
+        (f, name, i)
+        for f in LENS_FORMATS
+        for name, i in EXAMPLES
+        if exact_camera(model_of(name, i), FORMATS[f].lenses, FORMATS[f].square_pixels) is not None
+    ]
+    return [
+        *(("json", name, i) for name, i in EXAMPLES),
+        *(("csv", name, i) for name, i in EXAMPLES if i == 0),
+        *held,
+    ]
 
 
 def path(format: str, name: str, index: int) -> Path:

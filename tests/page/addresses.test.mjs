@@ -120,9 +120,17 @@ test("the former step of the models is the one of the points with the models unf
 });
 
 test("what is no address is nowhere, and stays as it was written", () => {
-  for (const address of ["#/system/nothing", "#/%E0%A4%A", "#/calibrate/1/2/3/4", `#/calibrate/${PICTURE}/nostep`]) {
+  for (const address of [
+    "#/system/nothing",
+    "#/%E0%A4%A",
+    "#/calibrate/1/2/3/4",
+    `#/calibrate/${PICTURE}/nostep`,
+  ]) {
     goTo(address);
-    assert.deepEqual([route.value.view, route.value.place, location.hash], ["nowhere", "", address]);
+    assert.deepEqual(
+      [route.value.view, route.value.place, location.hash],
+      ["nowhere", "", address],
+    );
   }
   assert.deepEqual(written, []);
 });
@@ -133,8 +141,12 @@ test("to go somewhere is one stop on the way back, to be there already is none, 
   goInstead("publishing");
   go("calibrate", { picture: PICTURE, step: "points" });
   goToStep("verify");
-  assert.deepEqual(written, [["pushState", "#/system/jobs"], ["replaceState", "#/system/publishing"],
-    ["pushState", `#/calibrate/${PICTURE}/points`], ["pushState", `#/calibrate/${PICTURE}/verify`]]);
+  assert.deepEqual(written, [
+    ["pushState", "#/system/jobs"],
+    ["replaceState", "#/system/publishing"],
+    ["pushState", `#/calibrate/${PICTURE}/points`],
+    ["pushState", `#/calibrate/${PICTURE}/verify`],
+  ]);
   assert.deepEqual([route.value.view, route.value.step], ["calibrate", "verify"]);
 });
 

@@ -3,7 +3,10 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { EMPTY, doc, load, undo } from "../../static/core/document.js";
 import { fields, snapshot } from "../../static/core/state.js";
-import { rememberDetected, withoutDetected } from "../../static/features/automatic/detected_points.js";
+import {
+  rememberDetected,
+  withoutDetected,
+} from "../../static/features/automatic/detected_points.js";
 import { changePlace } from "../../static/features/automatic/find_lines.js";
 
 const line = (feature, ...points) => ({ feature, kind: "line", points });
@@ -27,7 +30,10 @@ test("detected points go with the area, and come back by one undo", () => {
 
 test("points that the operator has moved, added to or clicked are the operator's", () => {
   rememberDetected("a", [FOUND]);
-  for (const touched of [line("top", [400, 61], [100, 60.25]), line("top", [400, 60], [100, 60.25], [250, 60])])
+  for (const touched of [
+    line("top", [400, 61], [100, 60.25]),
+    line("top", [400, 60], [100, 60.25], [250, 60]),
+  ])
     assert.deepEqual(withoutDetected("a", [CLICKED, touched]), [CLICKED, touched]);
   assert.deepEqual(withoutDetected("b", [FOUND]), [FOUND]); // another picture
   assert.deepEqual(withoutDetected(undefined, [FOUND]), [FOUND]);

@@ -12,7 +12,8 @@ const unique = (list) => assert.deepEqual(list, [...new Set(list)]);
 
 test("no action, view, job or address is of two features", () => {
   unique(FEATURES.flatMap((it) => it.actions ?? []).map((action) => action.id));
-  for (const part of ["views", "jobs"]) unique(FEATURES.flatMap((it) => Object.keys(it[part] ?? {})));
+  for (const part of ["views", "jobs"])
+    unique(FEATURES.flatMap((it) => Object.keys(it[part] ?? {})));
   unique([...VIEWS.values()].flatMap((view) => view.addresses));
   assert.equal(ACTIONS.size, FEATURES.flatMap((it) => it.actions ?? []).length);
 });
@@ -24,13 +25,17 @@ test("the page is where its address says as soon as the views are registered", (
 test("each tab has a rank of its own, and a view without one says whose is shown", () => {
   for (const place of ["cameras", "field", "lenses", "library", "system"]) {
     unique([...VIEWS.values()].flatMap((view) => view.tabs?.[place] ?? []));
-    assert.ok(tabsOf(place).every(([view, label]) => label && addressOf(view, { camera: "north" })), place);
+    assert.ok(
+      tabsOf(place).every(([view, label]) => label && addressOf(view, { camera: "north" })),
+      place,
+    );
   }
   for (const [name, { behind }] of VIEWS) if (behind) assert.ok(VIEWS.get(behind)?.tabs, name);
 });
 
 test("of several actions with one key, those of one view go before those of calibrating", () => {
-  const withKey = (key) => [...ACTIONS.values()].filter((it) => it.keys?.includes(key)).map((it) => it.id);
+  const withKey = (key) =>
+    [...ACTIONS.values()].filter((it) => it.keys?.includes(key)).map((it) => it.id);
   assert.deepEqual(withKey("ctrl+z"), ["field-undo", "undo-seeing", "take-roll", "undo"]);
   assert.deepEqual(withKey("Escape"), ["stop-picking", "escape"]);
 });

@@ -5,7 +5,10 @@ import * as format from "../../static/core/format.js";
 
 test("a number has a true minus, thin spaces between thousands, and no minus before a zero", () => {
   const { number } = format;
-  assert.deepEqual([1234567.25, -0.5, -0.04, 999].map((v) => number(v)), ["1\u202f234\u202f567.3", "−0.5", "0.0", "999.0"]);
+  assert.deepEqual(
+    [1234567.25, -0.5, -0.04, 999].map((v) => number(v)),
+    ["1\u202f234\u202f567.3", "−0.5", "0.0", "999.0"],
+  );
   assert.deepEqual([number(12.5, 0), number(0.125, 3)], ["13", "0.125"]);
 });
 
@@ -21,16 +24,24 @@ test("millimetres have as many digits as anybody can use, and a share says wheth
 });
 
 test("what a field names is called so in a sentence and as a title, also what an operator named", () => {
-  assert.deepEqual([format.lineName("halfway-line"), format.lineTitle("halfway-line")], ["halfway line", "Halfway line"]);
-  assert.deepEqual([format.lineName("my-own_line"), format.areaTitle("my-corner")], ["my own line", "My corner"]);
+  assert.deepEqual(
+    [format.lineName("halfway-line"), format.lineTitle("halfway-line")],
+    ["halfway line", "Halfway line"],
+  );
+  assert.deepEqual(
+    [format.lineName("my-own_line"), format.areaTitle("my-corner")],
+    ["my own line", "My corner"],
+  );
   assert.equal(format.inSentence("Left Half"), "left half");
 });
 
 test("a time is told from now, and after an hour by the clock", () => {
   const then = Date.UTC(2026, 10, 27, 6, 46);
   const ago = (ms) => format.ago(then, then + ms);
-  assert.deepEqual([ago(-5000), ago(400), ago(59_000), ago(150_000), ago(3_600_000)],
-    ["just now", "just now", "59 s ago", "2 min ago", "at 06:46"]);
+  assert.deepEqual(
+    [ago(-5000), ago(400), ago(59_000), ago(150_000), ago(3_600_000)],
+    ["just now", "just now", "59 s ago", "2 min ago", "at 06:46"],
+  );
   assert.equal(format.dayAndTime("2026-11-27T06:46:00Z"), "27 Nov, 06:46");
 });
 

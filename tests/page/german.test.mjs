@@ -18,12 +18,17 @@ const want = (text) => TEMPLATE.replace(`{${NAME}}`, text);
 test("numbers have a comma, dates and nouns are German", () => {
   assert.equal(number(-1234.5), "−1\u202f234,5");
   assert.equal(dayAndTime("2026-11-27T06:46:00Z"), "27. Nov., 06:46");
-  assert.deepEqual([lineTitle("halfway-line"), inSentence("Mittellinie")], ["Mittellinie", "Mittellinie"]);
+  assert.deepEqual(
+    [lineTitle("halfway-line"), inSentence("Mittellinie")],
+    ["Mittellinie", "Mittellinie"],
+  );
 });
 
 test("a statement has its values in their places: measures with a comma, other texts as they are", () => {
-  assert.deepEqual([said("2.5 mm"), said("-3.25"), said("lens.v2.json")],
-    ["2,5 mm", "−3,25", "lens.v2.json"].map(want));
+  assert.deepEqual(
+    [said("2.5 mm"), said("-3.25"), said("lens.v2.json")],
+    ["2,5 mm", "−3,25", "lens.v2.json"].map(want),
+  );
   assert.equal(said(["1.5 px", "2.5 px"]), want("1,5 px, 2,5 px"));
   assert.equal(said({ code: "line.halfway-line" }), want("Mittellinie"));
   assert.equal(said({ text: "Hall 2.1" }), want("Hall 2.1"));
@@ -31,7 +36,10 @@ test("a statement has its values in their places: measures with a comma, other t
 
 test("a statement that German has no words for stays as the server said it", () => {
   const no = { code: "no.such-statement" };
-  assert.deepEqual([inWords(no), said(no), inWords({ code: "toString" })], [undefined, undefined, undefined]);
+  assert.deepEqual(
+    [inWords(no), said(no), inWords({ code: "toString" })],
+    [undefined, undefined, undefined],
+  );
   const answer = { text: "English.", statements: { text: [{ code: PLAIN }, no] } };
   assert.equal(translated(answer).text, "English.");
 });
@@ -39,8 +47,12 @@ test("a statement that German has no words for stays as the server said it", () 
 test("sentences of an answer are translated wherever they stand, a list one for each", () => {
   const words = statements[PLAIN];
   const answer = translated({
-    text: "English.", statements: { text: [{ code: PLAIN }, { code: PLAIN }] },
-    numbers: [1, 2], inner: [{ said: ["One.", "Two."], statements: { said: [{ code: "no.such" }, { code: PLAIN }] } }],
+    text: "English.",
+    statements: { text: [{ code: PLAIN }, { code: PLAIN }] },
+    numbers: [1, 2],
+    inner: [
+      { said: ["One.", "Two."], statements: { said: [{ code: "no.such" }, { code: PLAIN }] } },
+    ],
   });
   assert.equal(answer.text, `${words} ${words}`);
   assert.deepEqual(answer.inner[0].said, ["One.", words]);

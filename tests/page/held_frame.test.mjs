@@ -4,7 +4,11 @@ import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
 import "./features.mjs";
 import { cameras } from "../../static/core/state.js";
-import { asSnapshot, heldFrame, holdClipFrame } from "../../static/features/detection/held_frame.js";
+import {
+  asSnapshot,
+  heldFrame,
+  holdClipFrame,
+} from "../../static/features/detection/held_frame.js";
 
 const CLIP = { clip: "c1", camera: "east", width: 640, height: 480, frames: 9 };
 let onSaving = () => {};

@@ -6,7 +6,19 @@ import * as core from "../../static/core/document.js";
 import { selection, snapshot } from "../../static/core/state.js";
 import { nudge, remove, withAdded, withMoved } from "../../static/features/calibrate/editing.js";
 
-const { BORDERS, change, doc, endDrag, future, past, pointsOf, redo, showWhileDragging, undo, withPoints } = core;
+const {
+  BORDERS,
+  change,
+  doc,
+  endDrag,
+  future,
+  past,
+  pointsOf,
+  redo,
+  showWhileDragging,
+  undo,
+  withPoints,
+} = core;
 
 /** Numbers between 0 and 1 that are the same for the same seed. */
 function generator(seed) {
@@ -48,9 +60,20 @@ function edited(seed, count) {
     }),
     () => {
       const feature = one(features);
-      change(withPoints(doc.value, feature, pointsOf(doc.value, feature).map(([x, y]) => [Math.round(x), y]), "line"));
+      change(
+        withPoints(
+          doc.value,
+          feature,
+          pointsOf(doc.value, feature).map(([x, y]) => [Math.round(x), y]),
+          "line",
+        ),
+      );
     },
-    () => change({ ...doc.value, options: { ...doc.value.options, degree: 1 + Math.floor(8 * random()) } }),
+    () =>
+      change({
+        ...doc.value,
+        options: { ...doc.value.options, degree: 1 + Math.floor(8 * random()) },
+      }),
     () => change({ ...doc.value, rotate: one([0, 90, 180, 270]) }),
   ];
   const texts = [JSON.stringify(doc.value)];
@@ -62,7 +85,10 @@ function edited(seed, count) {
   return texts;
 }
 
-for (const [seed, count] of [[1, 1000], [20081, 1000]])
+for (const [seed, count] of [
+  [1, 1000],
+  [20081, 1000],
+])
   test(`a thousand edits are undone and redone to identical documents (seed ${seed})`, () => {
     snapshot.value = { id: "a", width: 640, height: 480 };
     core.load(core.EMPTY);
@@ -90,7 +116,10 @@ test("a drag is one change, and none where everything is back where it was", () 
   assert.equal(history.dragging.value, true);
   assert.equal(history.past.value.length, 0);
   history.endDrag({ x: 0 });
-  assert.deepEqual([history.doc.value, history.past.value, history.dragging.value], [{ x: 3 }, [{ x: 0 }], false]);
+  assert.deepEqual(
+    [history.doc.value, history.past.value, history.dragging.value],
+    [{ x: 3 }, [{ x: 0 }], false],
+  );
   history.showWhileDragging({ x: 9 });
   history.showWhileDragging({ x: 3 });
   history.endDrag({ x: 3 });
@@ -102,7 +131,10 @@ test("a drag that is cancelled leaves the document and its history as they were"
   history.change({ x: 1 });
   history.showWhileDragging({ x: 5 });
   history.cancelDrag({ x: 1 });
-  assert.deepEqual([history.doc.value, history.past.value, history.dragging.value], [{ x: 1 }, [{ x: 0 }], false]);
+  assert.deepEqual(
+    [history.doc.value, history.past.value, history.dragging.value],
+    [{ x: 1 }, [{ x: 0 }], false],
+  );
 });
 
 test("a change after an undo ends what could be redone, and an equal document is no change", () => {
@@ -122,5 +154,8 @@ test("another document begins without a history", () => {
   history.showWhileDragging({ x: 2 });
   history.load({ x: 7 });
   history.undo();
-  assert.deepEqual([history.doc.value, history.past.value, history.dragging.value], [{ x: 7 }, [], false]);
+  assert.deepEqual(
+    [history.doc.value, history.past.value, history.dragging.value],
+    [{ x: 7 }, [], false],
+  );
 });

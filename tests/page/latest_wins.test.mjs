@@ -13,9 +13,10 @@ function held() {
       answers.push({ resolve, reject });
     });
   });
-  const turn = () => new Promise((resolve) => {
-    setImmediate(resolve);
-  });
+  const turn = () =>
+    new Promise((resolve) => {
+      setImmediate(resolve);
+    });
   return { ask, asked, answers, turn };
 }
 

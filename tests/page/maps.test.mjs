@@ -6,10 +6,32 @@ import "./features.mjs";
 import { snapshot } from "../../static/core/state.js";
 import { preview } from "../../static/features/calibrate/fitting.js";
 import { differenceFrom, heat, valueAt } from "../../static/features/compare/heat.js";
-import { FACTORS, arrows, factor, longest, longestOf, magnify, magnifyBy } from
-  "../../static/features/compare/residual_arrows.js";
+import {
+  FACTORS,
+  arrows,
+  factor,
+  longest,
+  longestOf,
+  magnify,
+  magnifyBy,
+} from "../../static/features/compare/residual_arrows.js";
 
-const MAP = { places: [[[0, 0], [100, 0]], [[0, -100], [100, -100]]], values: [[1, 2], [5, 6]] };
+const MAP = {
+  places: [
+    [
+      [0, 0],
+      [100, 0],
+    ],
+    [
+      [0, -100],
+      [100, -100],
+    ],
+  ],
+  values: [
+    [1, 2],
+    [5, 6],
+  ],
+};
 const arrow = (px, outlier = false) => ({ px, outlier, mm: px, point: [0, 0], foot: [0, 0] });
 
 beforeEach(() => {
@@ -22,9 +44,29 @@ const previewed = (...residuals) => {
 };
 
 test("between the places of a map its value is bilinear, and beyond them there is none", () => {
-  const at = [[0, 0], [100, 0], [0, -100], [100, -100], [25, -75], [101, 0], [50, 1]].map((p) => valueAt(MAP, p));
+  const at = [
+    [0, 0],
+    [100, 0],
+    [0, -100],
+    [100, -100],
+    [25, -75],
+    [101, 0],
+    [50, 1],
+  ].map((p) => valueAt(MAP, p));
   assert.deepEqual(at, [1, 2, 5, 6, 4.25, null, null]);
-  assert.equal(valueAt({ ...MAP, values: [[1, 2], [5, null]] }, [50, -50]), null);
+  assert.equal(
+    valueAt(
+      {
+        ...MAP,
+        values: [
+          [1, 2],
+          [5, null],
+        ],
+      },
+      [50, -50],
+    ),
+    null,
+  );
 });
 
 test("a version is compared with the one that is asked for, else with the last one that was", () => {
@@ -37,7 +79,10 @@ test("a version is compared with the one that is asked for, else with the last o
 
 test("the longest arrow is told apart from the outliers', and one without a length is none", () => {
   const all = [arrow(1), arrow(null), arrow(3), arrow(40, true)];
-  assert.deepEqual([longestOf(all, false).px, longestOf(all, true).px, longestOf([arrow(null)], false)], [3, 40, null]);
+  assert.deepEqual(
+    [longestOf(all, false).px, longestOf(all, true).px, longestOf([arrow(null)], false)],
+    [3, 40, null],
+  );
 });
 
 test("arrows are magnified as far as the longest that is no outlier's can be read", () => {

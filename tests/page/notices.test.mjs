@@ -26,7 +26,12 @@ test("a notice outlives the view that it was made in as long as it takes to read
 });
 
 test("what was removed can be put back for minutes, wherever the operator has gone meanwhile", () => {
-  notify({ level: "info", text: "Removed.", fix: "", action: { label: "Put back", run: () => {} } });
+  notify({
+    level: "info",
+    text: "Removed.",
+    fix: "",
+    action: { label: "Put back", run: () => {} },
+  });
   mock.timers.setTime(1_290_000);
   goTo("#/system/jobs");
   assert.deepEqual(texts(), ["Removed."]);
@@ -58,7 +63,10 @@ test("an error is told with its fix, and whoever must sign in is led there", () 
   notifyError({ message: "Sign in.", fix: "", status: 401 });
   notifyError(new Error("Nobody expected this."));
   const [full, sign, other] = notices.value;
-  assert.deepEqual([full.text, full.fix, full.action], ["The disk is full.", "Make room.", undefined]);
+  assert.deepEqual(
+    [full.text, full.fix, full.action],
+    ["The disk is full.", "Make room.", undefined],
+  );
   assert.ok(sign.action.label);
   assert.ok(other.fix.length > 10);
 });

@@ -10,7 +10,10 @@ const shown = () => tabs.value.filter((tab) => tab.isShown).map((tab) => tab.vie
 
 beforeEach(() => {
   listed.value = true;
-  cameras.value = [{ id: "east", active_calibration: "abc" }, { id: "west", active_calibration: null }];
+  cameras.value = [
+    { id: "east", active_calibration: "abc" },
+    { id: "west", active_calibration: null },
+  ];
 });
 
 test("a camera has tabs of its own, and the wall has none", () => {
@@ -22,8 +25,13 @@ test("a camera has tabs of its own, and the wall has none", () => {
 });
 
 test("a view behind a tab shows that tab", () => {
-  for (const [address, view] of [["#/field/rigs/hall", "field"], ["#/field/new", "field"], ["#/library/fields/lab",
-    "fields"], ["#/library/new-field", "fields"], ["#/lenses/board/east", "board"]]) {
+  for (const [address, view] of [
+    ["#/field/rigs/hall", "field"],
+    ["#/field/new", "field"],
+    ["#/library/fields/lab", "fields"],
+    ["#/library/new-field", "fields"],
+    ["#/lenses/board/east", "board"],
+  ]) {
     goTo(address);
     assert.deepEqual(shown(), [view], address);
   }

@@ -11,40 +11,81 @@ import { fetchHealth, health } from "../../static/features/settings/settings.js"
 import { badCamera, problems, worstOf } from "../../static/features/shell/problems.js";
 import { readiness } from "../../static/features/shell/readiness.js";
 
-const claim = (code, more = {}) => ({ code, state: "refuted", gates: true, title: "It is so", evidence: "", fix: "",
-  tried: [], figure: null, cure: "camera", camera: null, cases: [], ...more });
+const claim = (code, more = {}) => ({
+  code,
+  state: "refuted",
+  gates: true,
+  title: "It is so",
+  evidence: "",
+  fix: "",
+  tried: [],
+  figure: null,
+  cure: "camera",
+  camera: null,
+  cases: [],
+  ...more,
+});
 const of = (camera, text, fix = "") => ({ camera, text, fix });
-const site = (...items) => { readiness.value = { gate: "problems", items }; };
+const site = (...items) => {
+  readiness.value = { gate: "problems", items };
+};
 const told = (...keys) => problems.value.map((it) => keys.map((key) => it[key]));
 
 beforeEach(() => {
   online.value = true;
-  cameras.value = ["east", "west"].map((id) => ({ id, name: id.toUpperCase(), active_calibration: "abc", active: {} }));
+  cameras.value = ["east", "west"].map((id) => ({
+    id,
+    name: id.toUpperCase(),
+    active_calibration: "abc",
+    active: {},
+  }));
   statuses.value = {};
   jobs.value = [];
   health.value = readiness.value = null;
 });
 
 test("where all is well or not tested there is no problem", () => {
-  site(claim("cameras-live", { state: "held" }), claim("rig-hall", { state: "not-tested", gates: false }),
-    claim("publishing", { gates: false, title: "Not publishing" }));
+  site(
+    claim("cameras-live", { state: "held" }),
+    claim("rig-hall", { state: "not-tested", gates: false }),
+    claim("publishing", { gates: false, title: "Not publishing" }),
+  );
   assert.deepEqual([problems.value, badCamera.value, worstOf(() => true)], [[], null, null]);
 });
 
 test("each case of a claim that stands against a match is told with its fix and its place", () => {
-  site(claim("cameras-live", { cases: [of("east", "EAST: No file.", "Bring it."), of("west", "WEST: Stalled.")] }));
-  assert.deepEqual(problems.value[0], { id: "cameras-live-east", level: "bad", place: "cameras", camera: "east",
-    text: "EAST: No file.", fix: "Bring it.", href: "#/cameras/east/live" });
+  site(
+    claim("cameras-live", {
+      cases: [of("east", "EAST: No file.", "Bring it."), of("west", "WEST: Stalled.")],
+    }),
+  );
+  assert.deepEqual(problems.value[0], {
+    id: "cameras-live-east",
+    level: "bad",
+    place: "cameras",
+    camera: "east",
+    text: "EAST: No file.",
+    fix: "Bring it.",
+    href: "#/cameras/east/live",
+  });
   assert.deepEqual(told("id"), [["cameras-live-east"], ["cameras-live-west"]]);
   assert.deepEqual(badCamera.value, { name: "EAST", href: "#/cameras/east/live" });
 });
 
 test("a claim without cases is told in one sentence, and a camera that is not calibrated yet is work to do", () => {
-  site(claim("cameras-calibrated", { cure: "images", camera: "west", title: "1 of 2 calibrated", evidence: "Not: W." }),
-    claim("rig-hall", { cure: "rig", title: "Cameras do not agree", evidence: "" }));
+  site(
+    claim("cameras-calibrated", {
+      cure: "images",
+      camera: "west",
+      title: "1 of 2 calibrated",
+      evidence: "Not: W.",
+    }),
+    claim("rig-hall", { cure: "rig", title: "Cameras do not agree", evidence: "" }),
+  );
   assert.deepEqual(told("level", "place", "text", "href"), [
     ["bad", "field", "Cameras do not agree.", "#/field/rigs/hall"],
-    ["warn", "cameras", "1 of 2 calibrated. Not: W.", "#/cameras/west/calibrate"]]);
+    ["warn", "cameras", "1 of 2 calibrated. Not: W.", "#/cameras/west/calibrate"],
+  ]);
   assert.equal(badCamera.value, null);
 });
 
@@ -59,11 +100,16 @@ test("who is no longer signed in keeps what the server's health has said", async
 
 test("cases of a claim that does not stand against a match are warnings", () => {
   site(claim("rig-hall", { gates: false, cure: "rig", cases: [of(null, "A.", "B.")] }));
-  assert.deepEqual(told("level", "place", "text", "fix", "href"), [["warn", "field", "A.", "B.", "#/field/rigs/hall"]]);
+  assert.deepEqual(told("level", "place", "text", "fix", "href"), [
+    ["warn", "field", "A.", "B.", "#/field/rigs/hall"],
+  ]);
 });
 
 test("what the server's health says as well is told once", () => {
-  health.value = { warnings: [{ reason: "publishing", text: "No interface.", fix: "Choose." }], damaged: [] };
+  health.value = {
+    warnings: [{ reason: "publishing", text: "No interface.", fix: "Choose." }],
+    damaged: [],
+  };
   site(claim("publishing", { cure: "publishing", cases: [of(null, "No interface.", "Choose.")] }));
   assert.deepEqual(told("level", "place", "href"), [["bad", "system", "#/system/publishing"]]);
 });
@@ -75,26 +121,48 @@ test("a silent server is one problem, whatever it said before", () => {
 });
 
 test("bad light is a warning, after what stops a match", () => {
-  const words = [{ severity: "warning", text: "Dark.", fix: "Light." }, { severity: "info", text: "Fine.", fix: "" }];
+  const words = [
+    { severity: "warning", text: "Dark.", fix: "Light." },
+    { severity: "info", text: "Fine.", fix: "" },
+  ];
   statuses.value = { east: { words } };
   site(claim("cameras-in-place", { cure: "drift", cases: [of("west", "WEST: Moved.")] }));
-  assert.deepEqual(told("level", "text", "href"), [["bad", "WEST: Moved.", "#/cameras/west/drift"],
-    ["warn", "EAST: Dark.", "#/cameras/east/live"]]);
-  assert.equal(worstOf((it) => it.camera === "east"), "warn");
+  assert.deepEqual(told("level", "text", "href"), [
+    ["bad", "WEST: Moved.", "#/cameras/west/drift"],
+    ["warn", "EAST: Dark.", "#/cameras/east/live"],
+  ]);
+  assert.equal(
+    worstOf((it) => it.camera === "east"),
+    "warn",
+  );
 });
 
 test("work that failed lately is a warning, older failures are history", () => {
-  const failed = (minutes) => ({ state: "failed", ended_at: new Date(Date.now() - 60_000 * minutes).toISOString() });
-  jobs.value = [failed(5), failed(50), failed(70), { state: "done", ended_at: new Date().toISOString() }];
-  assert.deepEqual(told("id", "level", "href", "text"), [["jobs", "warn", "#/system/jobs",
-    t("shell.problem.jobs-failed", { count: 2 })]]);
+  const failed = (minutes) => ({
+    state: "failed",
+    ended_at: new Date(Date.now() - 60_000 * minutes).toISOString(),
+  });
+  jobs.value = [
+    failed(5),
+    failed(50),
+    failed(70),
+    { state: "done", ended_at: new Date().toISOString() },
+  ];
+  assert.deepEqual(told("id", "level", "href", "text"), [
+    ["jobs", "warn", "#/system/jobs", t("shell.problem.jobs-failed", { count: 2 })],
+  ]);
 });
 
 test("damage of the server's records goes before its warnings, what was set aside says where it is", () => {
   const damage = (file, note) => ({ kind: "lens", file, note, fix: "Restore." });
-  health.value = { warnings: [{ reason: "disk", text: "Full.", fix: "Make room." }],
-    damaged: [damage("lenses/1", null), damage("old.db", "In quarantine.")] };
-  assert.deepEqual(told("id", "level", "fix"), [["damaged-lenses/1", "bad", "Restore."],
-    ["damaged-old.db", "bad", "In quarantine."], ["disk", "warn", "Make room."]]);
+  health.value = {
+    warnings: [{ reason: "disk", text: "Full.", fix: "Make room." }],
+    damaged: [damage("lenses/1", null), damage("old.db", "In quarantine.")],
+  };
+  assert.deepEqual(told("id", "level", "fix"), [
+    ["damaged-lenses/1", "bad", "Restore."],
+    ["damaged-old.db", "bad", "In quarantine."],
+    ["disk", "warn", "Make room."],
+  ]);
   assert.equal(problems.value[1].text, t("shell.problem.set-aside", { file: "old.db" }));
 });

@@ -3,7 +3,12 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { EMPTY, change, doc, load, undo } from "../../static/core/document.js";
 import { fields, snapshot } from "../../static/core/state.js";
-import { fieldChoices, findLines, lastFound, useChoice } from "../../static/features/automatic/find_lines.js";
+import {
+  fieldChoices,
+  findLines,
+  lastFound,
+  useChoice,
+} from "../../static/features/automatic/find_lines.js";
 import { offered } from "../../static/features/calibrate/line_suggestions.js";
 import { nextAction } from "../../static/features/shell/steps.js";
 import { t } from "../../static/core/words.js";
@@ -11,21 +16,52 @@ import { goTo } from "./window.mjs";
 import "./features.mjs";
 
 const region = (name, rotate) => ({ name, x: [0, 100], y: [0, 100], rotate });
-const FIELD = { name: "lab", title: "Lab", lines: [], arcs: [], landmarks: {},
-  regions: { full: region("full", 0), half: region("half", 90) } };
-const LINE = { feature: "left", kind: "line", points: [[10, 10], [10, 90]] };
-const choice = (area, rotate) => ({ field: "lab", title: "Lab", region: area, rotate, seen_share: 1 });
+const FIELD = {
+  name: "lab",
+  title: "Lab",
+  lines: [],
+  arcs: [],
+  landmarks: {},
+  regions: { full: region("full", 0), half: region("half", 90) },
+};
+const LINE = {
+  feature: "left",
+  kind: "line",
+  points: [
+    [10, 10],
+    [10, 90],
+  ],
+};
+const choice = (area, rotate) => ({
+  field: "lab",
+  title: "Lab",
+  region: area,
+  rotate,
+  seen_share: 1,
+});
 
 let asked = [];
 /** A server that answers so. */
 const serve = (level, choices, observations) => {
   globalThis.fetch = async (_path, { body }) => {
     asked.push(JSON.parse(body));
-    return new Response(JSON.stringify({ verdict: { level, sentence: "", fix: "", reason: "" }, areas: [], observations,
-      recognised: { choices } }), { headers: { "Content-Type": "application/json" } });
+    return new Response(
+      JSON.stringify({
+        verdict: { level, sentence: "", fix: "", reason: "" },
+        areas: [],
+        observations,
+        recognised: { choices },
+      }),
+      { headers: { "Content-Type": "application/json" } },
+    );
   };
 };
-const place = () => [doc.value.field, doc.value.region, doc.value.rotate, doc.value.observations.length];
+const place = () => [
+  doc.value.field,
+  doc.value.region,
+  doc.value.rotate,
+  doc.value.observations.length,
+];
 
 beforeEach(() => {
   asked = [];
@@ -38,7 +74,10 @@ beforeEach(() => {
 test("a field that is recognised surely is one change, with its points", async () => {
   serve("good", [choice("half", 90)], [LINE]);
   assert.equal(await findLines(), true);
-  assert.deepEqual([asked[0].field, asked[0].region, asked[0].rotate, asked[0].keep], ["auto", "auto", undefined, false]);
+  assert.deepEqual(
+    [asked[0].field, asked[0].region, asked[0].rotate, asked[0].keep],
+    ["auto", "auto", undefined, false],
+  );
   assert.deepEqual(place(), ["lab", "half", null, 1]); // its rotation is the area's own
   undo();
   assert.deepEqual([...place(), lastFound.value], [null, null, null, 0, null]);
@@ -60,7 +99,10 @@ test("of several, none is chosen and nothing goes on, until the operator chooses
   goTo(`#/calibrate/${snapshot.value.id}/points`); // saved only from where it was chosen
   await useChoice(fieldChoices.value[1]);
   assert.deepEqual(place(), ["lab", "half", 270, 1]);
-  assert.deepEqual([asked.length, asked[1].field, asked[1].region, asked[1].rotate], [2, "lab", "half", 270]);
+  assert.deepEqual(
+    [asked.length, asked[1].field, asked[1].region, asked[1].rotate],
+    [2, "lab", "half", 270],
+  );
 });
 
 test("of an image without a known field, nothing is chosen", async () => {
@@ -86,9 +128,13 @@ for (const [what, deed] of Object.entries({
 test("with the field known, points that are marked meanwhile stay beside the detected ones", async () => {
   load({ ...EMPTY, field: "lab", region: "full" });
   serve("good", [], [LINE, { ...LINE, feature: "right" }]);
-  const done = findLines(), marked = { ...LINE, points: [[1, 1]] };
+  const done = findLines(),
+    marked = { ...LINE, points: [[1, 1]] };
   change({ ...doc.value, observations: [marked] });
   assert.equal(await done, true);
-  assert.deepEqual(doc.value.observations.map((o) => o.feature), ["left", "right"]);
+  assert.deepEqual(
+    doc.value.observations.map((o) => o.feature),
+    ["left", "right"],
+  );
   assert.deepEqual(doc.value.observations[0], marked);
 });

@@ -3,7 +3,9 @@ import { readFileSync } from "node:fs";
 import { registerHooks } from "node:module";
 
 const page = new URL("../../static/", import.meta.url);
-const [, map] = /<script type="importmap">(.*?)<\/script>/s.exec(readFileSync(new URL("index.html", page), "utf8"));
+const [, map] = /<script type="importmap">(.*?)<\/script>/s.exec(
+  readFileSync(new URL("index.html", page), "utf8"),
+);
 const { imports } = JSON.parse(map);
 
 registerHooks({

@@ -4,16 +4,38 @@ import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
 import "./features.mjs";
 import { t } from "../../static/core/words.js";
-import { kept, keep, keyOf, matchesIn, matchesOf } from "../../static/features/rigs/kept_matches.js";
-import { chosen, complete, desk, isChanged, matchNextStep, members, nextHeight, pictures, side, views, wanted,
-  } from "../../static/features/rigs/match_desk.js";
+import {
+  kept,
+  keep,
+  keyOf,
+  matchesIn,
+  matchesOf,
+} from "../../static/features/rigs/kept_matches.js";
+import {
+  chosen,
+  complete,
+  desk,
+  isChanged,
+  matchNextStep,
+  members,
+  nextHeight,
+  pictures,
+  side,
+  views,
+  wanted,
+} from "../../static/features/rigs/match_desk.js";
 import { matchErrors, worstMatch } from "../../static/features/rigs/match_lines.js";
 import * as matches from "../../static/features/rigs/matches.js";
 import { rigCheck, rigs } from "../../static/features/rigs/rig.js";
 
 const PICTURE = { id: "left", width: 640, height: 480, camera: "north" };
-const RIG = { name: "hall", cameras: [
-  { camera: "north", title: "North", calibration: "n1" }, { camera: "south", title: "South", calibration: "s1" }] };
+const RIG = {
+  name: "hall",
+  cameras: [
+    { camera: "north", title: "North", calibration: "n1" },
+    { camera: "south", title: "South", calibration: "s1" },
+  ],
+};
 const now = () => desk.doc.value.matches;
 const click = (s, x, y) => {
   const { next, index } = matches.withClick(desk.doc.value, s, [x, y]);
@@ -51,7 +73,8 @@ test("a click begins a match, the next one in the other image completes it", () 
 });
 
 test("of several that wait, the chosen one is completed", () => {
-  for (const x of [1, 2, 3]) desk.change({ ...desk.doc.value, matches: [...now(), { a: [x, x], b: null, z_mm: 0 }] });
+  for (const x of [1, 2, 3])
+    desk.change({ ...desk.doc.value, matches: [...now(), { a: [x, x], b: null, z_mm: 0 }] });
   chosen.value = { side: "a", index: 1 };
   assert.equal(click("b", 9, 9), 1);
   assert.equal(click("b", 8, 8), 0);
@@ -110,7 +133,10 @@ test("what to do next is said: take images, complete the match, check the rig", 
   click("a", 1, 1);
   assert.deepEqual(said(), ["check-rig", t("rig.match.step.click.b", { point: 1 })]);
   click("b", 1, 1);
-  assert.deepEqual([...said(), complete.value], ["check-rig", t("rig.match.step.check", { count: 1 }), 1]);
+  assert.deepEqual(
+    [...said(), complete.value],
+    ["check-rig", t("rig.match.step.check", { count: 1 }), 1],
+  );
   rigs.value = [{ ...RIG, cameras: [RIG.cameras[0], { ...RIG.cameras[1], calibration: null }] }];
   assert.equal(said()[1], t("rig.match.step.uncalibrated", { camera: "South" }));
   pictures.value = { a: PICTURE, b: null };
@@ -124,13 +150,44 @@ test("a figure of the check is its match's, also after others are removed, and g
   click("a", 40, 20);
   keep(keyOf("hall", "north", "south"), desk.doc.value);
   const sent = matchesOf(RIG);
-  assert.deepEqual(sent, [{ a: "north", b: "south", points_a: [[0, 20], [10, 20], [20, 20]],
-    points_b: [[0, 20], [10, 20], [20, 20]], z_mm: [0, 0, 0] }]);
-  const told = { calibrated: { epipolar_px: [1, 9, 3] }, agreement: null, fundamental: { outliers: [1] }, failed: [] };
-  rigCheck.value = { of: "hall", matches: sent, found: { pairs: [{ a: "north", b: "south", matches: told }] } };
+  assert.deepEqual(sent, [
+    {
+      a: "north",
+      b: "south",
+      points_a: [
+        [0, 20],
+        [10, 20],
+        [20, 20],
+      ],
+      points_b: [
+        [0, 20],
+        [10, 20],
+        [20, 20],
+      ],
+      z_mm: [0, 0, 0],
+    },
+  ]);
+  const told = {
+    calibrated: { epipolar_px: [1, 9, 3] },
+    agreement: null,
+    fundamental: { outliers: [1] },
+    failed: [],
+  };
+  rigCheck.value = {
+    of: "hall",
+    matches: sent,
+    found: { pairs: [{ a: "north", b: "south", matches: told }] },
+  };
   assert.deepEqual([worstMatch.value, isChanged.value], [1, false]);
   matches.removeMatch(0);
-  assert.deepEqual(matchErrors.value.map(({ px, isMistake }) => [px, isMistake]), [[9, true], [3, false], [null, false]]);
+  assert.deepEqual(
+    matchErrors.value.map(({ px, isMistake }) => [px, isMistake]),
+    [
+      [9, true],
+      [3, false],
+      [null, false],
+    ],
+  );
   assert.deepEqual([worstMatch.value, isChanged.value], [0, true]);
   matches.choose(0, "b");
   matches.nudgeChosen(0.1, 0);
@@ -144,7 +201,10 @@ test("matches are kept by their two images, and are found from either side", () 
   keep(key, { pictures: { a: "new", b: "newer" }, matches: [] });
   assert.deepEqual(kept(key), { pictures: { a: "new", b: "newer" }, matches: [] });
   assert.deepEqual(matchesOf(RIG), []);
-  localStorage.setItem("touchline.pair.left.right", '{"matches":[{"a":[1,2],"b":[3,4],"z_mm":5}],"calibrations":{}}');
+  localStorage.setItem(
+    "touchline.pair.left.right",
+    '{"matches":[{"a":[1,2],"b":[3,4],"z_mm":5}],"calibrations":{}}',
+  );
   assert.deepEqual(matchesIn("left", "right"), [{ a: [1, 2], b: [3, 4], z_mm: 5 }]);
   assert.deepEqual(matchesIn("right", "left"), [{ a: [3, 4], b: [1, 2], z_mm: 5 }]);
 });

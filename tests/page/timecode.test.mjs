@@ -25,13 +25,15 @@ function painted(width, when, { of = (bits) => bits, white = 230, black = 20 } =
   for (let y = 0; y < height; y++)
     for (let x = 0; x < width; x++) {
       const bit = bits[Math.floor(x / cell - 1)]; // the first cell is left free
-      if (bit !== undefined) data.fill(bit ? white : black, 4 * (y * width + x), 4 * (y * width + x) + 3);
+      if (bit !== undefined)
+        data.fill(bit ? white : black, 4 * (y * width + x), 4 * (y * width + x) + 3);
     }
   return { data, width, height };
 }
 
 test("a time is read at any width of the picture", () => {
-  for (const width of [320, 480, 640, 1000, 1920]) assert.equal(readTimecode(painted(width, WHEN)), WHEN);
+  for (const width of [320, 480, 640, 1000, 1920])
+    assert.equal(readTimecode(painted(width, WHEN)), WHEN);
   assert.equal(readTimecode(painted(640, 0)), 0);
 });
 

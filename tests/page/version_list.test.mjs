@@ -1,11 +1,19 @@
 // The versions of a camera: which one it can go back to.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { activeVersion, formerVersion, versionList } from "../../static/features/versions/version_list.js";
+import {
+  activeVersion,
+  formerVersion,
+  versionList,
+} from "../../static/features/versions/version_list.js";
 
 const list = (history, active = "c") => {
-  versionList.value = { camera: "east", next: null,
-    items: ["a", "b", "c"].map((id) => ({ id, active: id === active })), history };
+  versionList.value = {
+    camera: "east",
+    next: null,
+    items: ["a", "b", "c"].map((id) => ({ id, active: id === active })),
+    history,
+  };
 };
 const activation = (calibration, version) => ({ calibration, version });
 

@@ -5,7 +5,11 @@ import { createViewport, placed } from "../../static/canvas/viewport.js";
 
 const PICTURE = { width: 640, height: 480 };
 let stage = createViewport();
-const near = (got, want) => assert.ok(got.every((v, i) => Math.abs(v - want[i]) < 1e-9), `${got} is not ${want}`);
+const near = (got, want) =>
+  assert.ok(
+    got.every((v, i) => Math.abs(v - want[i]) < 1e-9),
+    `${got} is not ${want}`,
+  );
 
 beforeEach(() => {
   stage = createViewport();

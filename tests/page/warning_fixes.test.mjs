@@ -14,13 +14,23 @@ import "./features.mjs";
 const region = (name, x) => ({ name, x, y: [-100, 100], rotate: 0 });
 const FIELD = {
   name: "lab",
-  lines: [{ name: "halfway-line", from: [0, -100], to: [0, 100] }, { name: "west-line", from: [-90, -50], to: [-90, 50] }],
+  lines: [
+    { name: "halfway-line", from: [0, -100], to: [0, 100] },
+    { name: "west-line", from: [-90, -50], to: [-90, 50] },
+  ],
   arcs: [{ name: "centre-circle", centre: [0, 0], radius_mm: 20, start_deg: 0, end_deg: 360 }],
   regions: { full: region("full", [-150, 150]), east: region("east", [0, 150]) },
   landmarks: { spot: [-60, 0] },
 };
 const OF_OTHER_MODELS = new Set(["height-unknown", "weakly-determined"]); // those have the option that is offered
-const CLICKED = { feature: "left", kind: "line", points: [[80, 300], [80, 100]] };
+const CLICKED = {
+  feature: "left",
+  kind: "line",
+  points: [
+    [80, 300],
+    [80, 100],
+  ],
+};
 
 beforeEach(() => {
   fields.value = [FIELD];
@@ -28,7 +38,13 @@ beforeEach(() => {
   models.value = [];
   snapshot.value = { id: "a", width: 640, height: 480 };
   autoDetect.value = true;
-  preview.value = { report: { areas: [{ region: "east", rotate: 90, seen_share: 1 }], warnings: [], next_click: null } };
+  preview.value = {
+    report: {
+      areas: [{ region: "east", rotate: 90, seen_share: 1 }],
+      warnings: [],
+      next_click: null,
+    },
+  };
   load({ ...EMPTY, field: "lab", region: "full", observations: [CLICKED] });
   goTo("#/calibrate/a/points");
 });
@@ -44,12 +60,23 @@ test("an area that the image shows is chosen with its rotation, and points are s
   const [fix] = fixesOf({ reason: "area-not-in-image" });
   assert.match(fix.label, /east/i);
   fix.run();
-  assert.deepEqual([doc.value.region, doc.value.rotate, route.value.picture, route.value.step], ["east", 90, "a", "points"]);
+  assert.deepEqual(
+    [doc.value.region, doc.value.rotate, route.value.picture, route.value.step],
+    ["east", 90, "a", "points"],
+  );
 });
 
 test("a clicked line without a part in the area is marked", () => {
-  assert.deepEqual(["halfway-line", "west-line", "centre-circle", "spot", "left"].map(isOffArea), Array(5).fill(false));
+  assert.deepEqual(
+    ["halfway-line", "west-line", "centre-circle", "spot", "left"].map(isOffArea),
+    Array(5).fill(false),
+  );
   load({ ...doc.value, region: "east" });
-  assert.deepEqual(["halfway-line", "west-line", "centre-circle", "spot", "left"].map(isOffArea),
-    [false, true, false, true, false]);
+  assert.deepEqual(["halfway-line", "west-line", "centre-circle", "spot", "left"].map(isOffArea), [
+    false,
+    true,
+    false,
+    true,
+    false,
+  ]);
 });

@@ -14,7 +14,10 @@ async function loaded(languages, chosen = "") {
 }
 
 test("a message has the form that the count asks for, and its values in their places", () => {
-  assert.deepEqual([0, 1, 2].map((count) => t("common.points", { count })), ["0 points", "1 point", "2 points"]);
+  assert.deepEqual(
+    [0, 1, 2].map((count) => t("common.points", { count })),
+    ["0 points", "1 point", "2 points"],
+  );
   assert.equal(t("core.format.seconds-ago", { seconds: 7 }), "7 s ago");
   assert.equal(message("core.format.seconds-ago", {}), "{seconds} s ago");
   assert.throws(() => t("no.such-message"), /no\.such-message/);
@@ -27,16 +30,26 @@ test("what the program names has a name in words, and what an operator named is 
 });
 
 test("the language is the first of the browser's that has a catalogue, and English where none has", async () => {
-  for (const [languages, language, locale] of [[["fr-FR"], "en", "en-GB"], [["fr", "de-AT", "en"], "de", "de"],
-    [["en-US", "de"], "en", "en-GB"], [[], "en", "en-GB"]]) {
+  for (const [languages, language, locale] of [
+    [["fr-FR"], "en", "en-GB"],
+    [["fr", "de-AT", "en"], "de", "de"],
+    [["en-US", "de"], "en", "en-GB"],
+    [[], "en", "en-GB"],
+  ]) {
     const words = await loaded(languages);
-    assert.deepEqual([words.language, words.LOCALE, document.documentElement.lang], [language, locale, locale]);
+    assert.deepEqual(
+      [words.language, words.LOCALE, document.documentElement.lang],
+      [language, locale, locale],
+    );
   }
 });
 
 test("the language that was chosen goes before the browser's, one that there is no more does not", async () => {
   const german = await loaded(["en-GB"], "de");
-  assert.deepEqual([german.language, german.POINT, german.t("common.points", { count: 2 })], ["de", ",", "2 Punkte"]);
+  assert.deepEqual(
+    [german.language, german.POINT, german.t("common.points", { count: 2 })],
+    ["de", ",", "2 Punkte"],
+  );
   assert.equal(german.hasStatements, true);
   assert.equal((await loaded(["de"], "xx")).language, "de");
 });

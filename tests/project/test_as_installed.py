@@ -17,7 +17,9 @@ from tests.support.pictures import encoded
 from tests.support.servers import API, Line, served
 from tests.support.waiting import LONG_S, until
 
-SCENE = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
+SCENE = SceneSpec(
+    3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0
+)
 IMPORT_ALL = """
 import pkgutil
 from importlib import import_module
@@ -51,8 +53,11 @@ def desk(python, network_camera, tmp_path_factory):
     (data / "shown" / "field.png").write_bytes(encoded("png", scene_of(SCENE).pixels))
     config, log = data / "touchline.yaml", data / "log.txt"
     config.write_text("sources: {allowed_hosts: [127.0.0.1]}\npublish: {interface: lo, ttl: 0}\n")
-    with log.open("w") as file, served(data, "--config", str(config), log=file, python=python) as url, \
-            closing(Line(url)) as line:
+    with (
+        log.open("w") as file,
+        served(data, "--config", str(config), log=file, python=python) as url,
+        closing(Line(url)) as line,
+    ):
         yield line
     assert log.read_text() == ""
 
@@ -65,30 +70,59 @@ def made(answer) -> dict:
 
 
 def finished(desk, job: dict) -> dict:
-    return until(lambda: made(desk.json("GET", f"/jobs/{job['id']}")),
-                 lambda now: now["state"] in ("done", "failed", "cancelled"))
+    return until(
+        lambda: made(desk.json("GET", f"/jobs/{job['id']}")),
+        lambda now: now["state"] in ("done", "failed", "cancelled"),
+    )
 
 
 @pytest.fixture(scope="module")
 def ids(desk, network_camera) -> dict[str, str]:
     """What there is of each kind, made as an operator makes it: a camera of each kind, a calibration without clicks."""
-    sources = {"simulated": "sim://ssl-div-b?size=320x256&fps=5", "file": "picture://field.png",
-               "network": network_camera.url}
+    sources = {
+        "simulated": "sim://ssl-div-b?size=320x256&fps=5",
+        "file": "picture://field.png",
+        "network": network_camera.url,
+    }
     for name, source in sources.items():
-        made(desk.json("POST", "/cameras", {"id": name, "source": source, "field": "ssl-div-b", "region": "full"}))
+        made(
+            desk.json(
+                "POST",
+                "/cameras",
+                {"id": name, "source": source, "field": "ssl-div-b", "region": "full"},
+            )
+        )
         body = {"camera": name}
-        taken = until(partial(desk.json, "POST", "/snapshots", body), lambda answer: answer[0] != 503)
+        taken = until(
+            partial(desk.json, "POST", "/snapshots", body), lambda answer: answer[0] != 503
+        )
         assert made(taken)["width"] > 0, name
-    job = made(desk.json("POST", "/calibrations/auto", {"camera": "file", "field": "ssl-div-b", "region": "full"}))
+    job = made(
+        desk.json(
+            "POST", "/calibrations/auto", {"camera": "file", "field": "ssl-div-b", "region": "full"}
+        )
+    )
     found = finished(desk, job)
     assert found["result"]["verdict"]["level"] == "good", found
     version = made(desk.json("GET", f"/calibrations/{found['result']['calibration']}"))
     made(desk.json("POST", f"/calibrations/{version['id']}/activate"))
-    made(desk.json("PUT", "/rigs/above", {"title": "", "field": "ssl-div-b",
-                                          "cameras": [{"camera": "file", "region": "full"}]}))
-    return {"calibrations": version["id"], "other": version["id"], "snapshots": version["snapshot"],
-            "drafts": version["snapshot"], "cameras": "file", "fields": "ssl-div-b", "jobs": job["id"],
-            "rigs": "above"}
+    made(
+        desk.json(
+            "PUT",
+            "/rigs/above",
+            {"title": "", "field": "ssl-div-b", "cameras": [{"camera": "file", "region": "full"}]},
+        )
+    )
+    return {
+        "calibrations": version["id"],
+        "other": version["id"],
+        "snapshots": version["snapshot"],
+        "drafts": version["snapshot"],
+        "cameras": "file",
+        "fields": "ssl-div-b",
+        "jobs": job["id"],
+        "rigs": "above",
+    }
 
 
 def test_every_get_of_the_rest_description_answers(desk, ids):
@@ -111,7 +145,9 @@ def addresses(path: str, call: dict, ids: dict[str, str]) -> list[str]:
     kind = found[0].split("/")[1]
     for parameter in call.get("parameters", ()):
         name = "{" + parameter["name"] + "}"
-        values = parameter["schema"].get("enum") or [ids.get(parameter["name"]) or ids.get(kind, "none-such")]
+        values = parameter["schema"].get("enum") or [
+            ids.get(parameter["name"]) or ids.get(kind, "none-such")
+        ]
         if name in path:
             found = [address.replace(name, value) for address in found for value in values]
     return found
@@ -132,24 +168,54 @@ def status_of(desk, path: str) -> int:
 
 
 def test_every_module_can_be_imported(python, tmp_path):
-    done = subprocess.run([python, "-c", IMPORT_ALL], cwd=tmp_path, env=clean_environment(), capture_output=True,
-                          text=True, timeout=LONG_S)
+    done = subprocess.run(
+        [python, "-c", IMPORT_ALL],
+        cwd=tmp_path,
+        env=clean_environment(),
+        capture_output=True,
+        text=True,
+        timeout=LONG_S,
+    )
     assert done.returncode == 0 and int(done.stdout) > 300, done.stderr
 
 
-@pytest.mark.parametrize("package, script", [
-    ("distributed", "from touchline.jobs.dask_runner import DaskCluster\nDaskCluster('dask://host:8786')"),
-    ("psycopg[binary]", "from sqlalchemy import make_url\nfrom touchline.store.database import postgresql_engine\n"
-     "postgresql_engine(make_url('postgresql+psycopg://touchline@127.0.0.1/touchline'), 1)")])
-def test_what_needs_another_package_states_the_command_that_installs_it_here(python, tmp_path, package, script):
-    code = f"from touchline.cli.console import exit_code_of\ntry:\n    {script.replace(chr(10), chr(10) + '    ')}\n" \
-           "except Exception as error:\n    raise SystemExit(exit_code_of(error))"
-    done = subprocess.run([python, "-c", code], cwd=tmp_path, env=clean_environment(), capture_output=True, text=True,
-                          timeout=LONG_S)
+@pytest.mark.parametrize(
+    "package, script",
+    [
+        (
+            "distributed",
+            "from touchline.jobs.dask_runner import DaskCluster\nDaskCluster('dask://host:8786')",
+        ),
+        (
+            "psycopg[binary]",
+            "from sqlalchemy import make_url\nfrom touchline.store.database import postgresql_engine\n"
+            "postgresql_engine(make_url('postgresql+psycopg://touchline@127.0.0.1/touchline'), 1)",
+        ),
+    ],
+)
+def test_what_needs_another_package_states_the_command_that_installs_it_here(
+    python, tmp_path, package, script
+):
+    code = (
+        f"from touchline.cli.console import exit_code_of\ntry:\n    {script.replace(chr(10), chr(10) + '    ')}\n"
+        "except Exception as error:\n    raise SystemExit(exit_code_of(error))"
+    )
+    done = subprocess.run(
+        [python, "-c", code],
+        cwd=tmp_path,
+        env=clean_environment(),
+        capture_output=True,
+        text=True,
+        timeout=LONG_S,
+    )
     assert done.returncode == 3, done.stderr
     command = re.search(r"fix: Run (.+), then start Touchline again\.", done.stderr)[1]
     *pip, named = shlex.split(command)
     assert pip == ["python3", "-m", "pip", "--python", str(python), "install"] and named == package
-    tried = subprocess.run([python_with_pip(), *pip[1:], "--dry-run", "--no-deps", "--quiet", named],
-                           env=clean_environment(), capture_output=True, text=True)
+    tried = subprocess.run(
+        [python_with_pip(), *pip[1:], "--dry-run", "--no-deps", "--quiet", named],
+        env=clean_environment(),
+        capture_output=True,
+        text=True,
+    )
     assert tried.returncode == 0, tried.stderr

@@ -69,15 +69,29 @@ def test_every_file_is_byte_for_byte_that_of_the_pinned_package(build, built, tm
     lock = json.loads((STATIC / "package-lock.json").read_text())["packages"]
     vendor = files(built / "vendor")
     assert set(vendor) == {*build.FILES, "COMPLETE"}
-    packages = {"/".join(source.split("/")[:2 if source.startswith("@") else 1]) for source in build.FILES.values()}
+    packages = {
+        "/".join(source.split("/")[: 2 if source.startswith("@") else 1])
+        for source in build.FILES.values()
+    }
     for name in sorted(packages):
         entry = lock[f"node_modules/{name}"]
-        done = build.run_npm(["pack", f"{name}@{entry['version']}", "--silent", "--ignore-scripts",
-                              "--pack-destination", str(tmp_path)], cwd=tmp_path)
+        done = build.run_npm(
+            [
+                "pack",
+                f"{name}@{entry['version']}",
+                "--silent",
+                "--ignore-scripts",
+                "--pack-destination",
+                str(tmp_path),
+            ],
+            cwd=tmp_path,
+        )
         assert done.returncode == 0, done.stderr
         archive = tmp_path / done.stdout.strip().splitlines()[-1]
         kind, _, digest = entry["integrity"].partition("-")
-        assert base64.b64encode(hashlib.new(kind, archive.read_bytes()).digest()).decode() == digest, name
+        assert (
+            base64.b64encode(hashlib.new(kind, archive.read_bytes()).digest()).decode() == digest
+        ), name
         with tarfile.open(archive) as tar:
             for goal, source in build.FILES.items():
                 if source.startswith(name + "/"):
@@ -87,7 +101,9 @@ def test_every_file_is_byte_for_byte_that_of_the_pinned_package(build, built, tm
 
 @pytest.mark.long
 def test_the_page_that_is_served_here_has_these_very_files(built):
-    assert files(STATIC / "vendor") == files(built / "vendor"), "build the package again: pip install -e ."
+    assert files(STATIC / "vendor") == files(built / "vendor"), (
+        "build the package again: pip install -e ."
+    )
 
 
 def test_what_is_complete_is_not_fetched_again(build, copy, monkeypatch):
@@ -110,13 +126,21 @@ def test_what_is_not_complete_is_made_whole(build, built, copy, harm):
     assert files(copy / "vendor") == files(built / "vendor")
 
 
-def test_without_the_registry_it_says_what_to_do_and_leaves_nothing_by_half(build, tmp_path, monkeypatch):
+def test_without_the_registry_it_says_what_to_do_and_leaves_nothing_by_half(
+    build, tmp_path, monkeypatch
+):
     static = bare(tmp_path / "static")
-    for name, value in (("registry", NOWHERE), ("cache", str(tmp_path / "cache")), ("fetch_retries", "0")):
+    for name, value in (
+        ("registry", NOWHERE),
+        ("cache", str(tmp_path / "cache")),
+        ("fetch_retries", "0"),
+    ):
         monkeypatch.setenv(f"npm_config_{name}", value)
     with pytest.raises(SystemExit) as refused:
         build.bring_vendor(static)
-    assert "npm_config_registry" in str(refused.value) and str(static / "vendor") in str(refused.value)
+    assert "npm_config_registry" in str(refused.value) and str(static / "vendor") in str(
+        refused.value
+    )
     assert sorted(p.name for p in static.iterdir()) == sorted(PINNED)
 
 
@@ -145,8 +169,13 @@ def bundled(build, tmp_path_factory):
 def test_the_bundle_is_made_of_every_module_and_sheet_and_of_nothing_else(build, bundled):
     assert build.is_fresh(bundled)
     made_of = json.loads((bundled / "built" / "SOURCES.json").read_text())
-    ours = {p.relative_to(STATIC).as_posix() for p in STATIC.rglob("*") if p.suffix in (".js", ".css")
-            and not NOT_OURS & {*p.relative_to(STATIC).parts} and not p.relative_to(STATIC).parts[0].startswith(".")}
+    ours = {
+        p.relative_to(STATIC).as_posix()
+        for p in STATIC.rglob("*")
+        if p.suffix in (".js", ".css")
+        and not NOT_OURS & {*p.relative_to(STATIC).parts}
+        and not p.relative_to(STATIC).parts[0].startswith(".")
+    }
     assert set(made_of) == {*ours, "index.html", "vendor/COMPLETE"}
     page = (bundled / "built" / "index.html").read_text()
     for asked in ("built/page/main.js", "built/page/main.css"):
@@ -157,13 +186,21 @@ def test_the_bundle_is_made_of_every_module_and_sheet_and_of_nothing_else(build,
     for part in (script, *(chunk.read_text() for chunk in chunks)):
         assert not re.search(r'\}from"(?!\./)', part)  # nothing that the map would have to find
     assert "../stream_worker.js" in script  # beside the folder that it lies in
-    assert "Kameragruppe" not in script and any("Kameragruppe" in chunk.read_text() for chunk in chunks)
+    assert "Kameragruppe" not in script and any(
+        "Kameragruppe" in chunk.read_text() for chunk in chunks
+    )
     assert (bundled / "built" / "stream_worker.js").stat().st_size < 10_000
-    assert sorted(p.name for p in (bundled / "built").iterdir()) == ["SOURCES.json", "index.html", "page",
-                                                                     "stream_worker.js"]
+    assert sorted(p.name for p in (bundled / "built").iterdir()) == [
+        "SOURCES.json",
+        "index.html",
+        "page",
+        "stream_worker.js",
+    ]
 
 
-def test_a_changed_source_makes_another_bundle_and_a_broken_one_leaves_the_old(build, bundled, tmp_path):
+def test_a_changed_source_makes_another_bundle_and_a_broken_one_leaves_the_old(
+    build, bundled, tmp_path
+):
     static = tmp_path / "static"
     shutil.copytree(bundled, static)
     before = files(static / "built")
@@ -189,7 +226,9 @@ def test_a_bundle_that_does_not_name_its_libraries_is_made_again(build, bundled,
     named = static / "built" / "SOURCES.json"
     sources = json.loads(named.read_text())
     del sources["vendor/COMPLETE"]
-    named.write_text(json.dumps({**sources, "package-lock.json": build.digest_of(static / "package-lock.json")}))
+    named.write_text(
+        json.dumps({**sources, "package-lock.json": build.digest_of(static / "package-lock.json")})
+    )
     assert not build.is_fresh(static)
 
 
@@ -201,21 +240,47 @@ def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tm
     for name in ("pyproject.toml", "hatch_build.py", "README.md", "LICENSE"):
         shutil.copyfile(ROOT / name, checkout / name)
     for name in ("app", "static", "configs"):
-        shutil.copytree(ROOT / name, checkout / name,
-                        ignore=shutil.ignore_patterns("vendor", "built", ".vendor-*", ".built-*", "__pycache__"))
-    done = subprocess.run([python_with_pip(), "-m", "pip", "wheel", "--no-deps", "--quiet",
-                           "--disable-pip-version-check", "-w", tmp_path / "out", checkout],
-                          capture_output=True, text=True)
+        shutil.copytree(
+            ROOT / name,
+            checkout / name,
+            ignore=shutil.ignore_patterns(
+                "vendor", "built", ".vendor-*", ".built-*", "__pycache__"
+            ),
+        )
+    done = subprocess.run(
+        [
+            python_with_pip(),
+            "-m",
+            "pip",
+            "wheel",
+            "--no-deps",
+            "--quiet",
+            "--disable-pip-version-check",
+            "-w",
+            tmp_path / "out",
+            checkout,
+        ],
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr
     (wheel,) = (tmp_path / "out").glob("touchline-*.whl")
     with zipfile.ZipFile(wheel) as packed:
         inside = set(packed.namelist())
         for name, content in files(built / "vendor").items():
             assert packed.read(f"touchline/_static/vendor/{name}") == content, name
-    assert {f"touchline/_static/{name}" for name in (
-        "built/index.html", "built/page/main.js", "built/SOURCES.json")} <= inside
-    assert {"touchline/_static/index.html", "touchline/_static/main.js", "touchline/_configs/touchline.yaml",
-            "touchline/_configs/fields/ssl-div-b.yaml", "touchline/workflows/calibration.py",
-            "touchline/api/templates/login.html", "touchline/report/templates/report.html",
-            "touchline/report/templates/report.css"} <= inside
+    assert {
+        f"touchline/_static/{name}"
+        for name in ("built/index.html", "built/page/main.js", "built/SOURCES.json")
+    } <= inside
+    assert {
+        "touchline/_static/index.html",
+        "touchline/_static/main.js",
+        "touchline/_configs/touchline.yaml",
+        "touchline/_configs/fields/ssl-div-b.yaml",
+        "touchline/workflows/calibration.py",
+        "touchline/api/templates/login.html",
+        "touchline/report/templates/report.html",
+        "touchline/report/templates/report.css",
+    } <= inside
     assert not any("node_modules" in name or "/tests/" in name for name in inside)

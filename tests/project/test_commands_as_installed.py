@@ -22,7 +22,7 @@ USES = {  # of every command that ends by itself, in this order: what one writes
     "import": "again.json -o imported.json",
     "check": "cal.json pictures/north-1.png --enough any",
     "board": "board0.png board1.png board2.png board3.png board4.png --columns 9 --rows 6 --square-mm 25 "
-             "--option terms=[] --option warp=false -o lens.json",
+    "--option terms=[] --option warp=false -o lens.json",
     "archive": "all.zip --data empty",
     "restore": "all.zip --data restored",
     "restore-backup": "--data kept",
@@ -50,15 +50,25 @@ def desk(tmp_path_factory) -> Path:
 
 def run(folder: Path, uses: dict[str, list[str]]) -> dict[str, tuple[int, str, str]]:
     """Run commands one after the other in one process, which imports OpenCV once: exit code, stdout, stderr of each."""
-    done = subprocess.run([installed_python(), "-c", RUN, json.dumps(uses)], cwd=folder, env=clean_environment(),
-                          capture_output=True, text=True, timeout=10 * LONG_S)
+    done = subprocess.run(
+        [installed_python(), "-c", RUN, json.dumps(uses)],
+        cwd=folder,
+        env=clean_environment(),
+        capture_output=True,
+        text=True,
+        timeout=10 * LONG_S,
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
 
 def test_every_command_tells_its_own_help(tmp_path):
     told = run(tmp_path, {name: [name, "--help"] for name in commands()})
-    assert not {name: done for name, done in told.items() if done[0] or done[2] or f"touchline {name}" not in done[1]}
+    assert not {
+        name: done
+        for name, done in told.items()
+        if done[0] or done[2] or f"touchline {name}" not in done[1]
+    }
 
 
 def test_every_command_that_ends_does_its_smallest_job(desk):

@@ -31,11 +31,13 @@ def copy(tmp_path) -> Path:
 @pytest.fixture
 def done(copy):
     """Runs a command of a contributor."""
+
     def run(*words: str) -> str:
         environment = {**os.environ, "PYTHONPATH": f"{copy}{os.pathsep}{copy / 'app'}"}
         done = subprocess.run(words, cwd=copy, env=environment, text=True, capture_output=True)
         assert done.returncode == 0, f"{words}\n{done.stdout[-4000:]}\n{done.stderr[-2000:]}"
         return done.stdout
+
     return run
 
 
@@ -53,8 +55,13 @@ def follow(copy: Path, text: str) -> list[tuple[str, str, str]]:
     lines = re.findall(r"```python\n(    \".*?\n)```", text)
     assert len(tables) == len(lines) > 0
     for (table, name), line in zip(tables, lines, strict=True):
-        code, count = re.subn(rf"^({table}(?:: \S+)? = .*?)^( *\}})", rf"\1{line}\2",
-                              (copy / name).read_text(), count=1, flags=re.MULTILINE | re.DOTALL)
+        code, count = re.subn(
+            rf"^({table}(?:: \S+)? = .*?)^( *\}})",
+            rf"\1{line}\2",
+            (copy / name).read_text(),
+            count=1,
+            flags=re.MULTILINE | re.DOTALL,
+        )
         assert count == 1
         (copy / name).write_text(code)
     return [(table, name, line) for (table, name), line in zip(tables, lines, strict=True)]
@@ -64,10 +71,22 @@ def test_what_the_recipes_add_is_found_in_its_table(copy, done):
     script = ""
     for title, text in recipes().items():
         for table, name, line in follow(copy, text):
-            module = name.removeprefix("app/").removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+            module = (
+                name.removeprefix("app/")
+                .removesuffix(".py")
+                .removesuffix("/__init__")
+                .replace("/", ".")
+            )
             script += f"from {module} import {table}; print({title!r}, {table}[{line.split(chr(34))[1]!r}])\n"
     found = done(sys.executable, "-c", script)
-    for added in ("InverseDivision'", "InverseDivisionFitter'", "GreySource'", "grey://128", "Corners (text)", "Dim'"):
+    for added in (
+        "InverseDivision'",
+        "InverseDivisionFitter'",
+        "GreySource'",
+        "grey://128",
+        "Corners (text)",
+        "Dim'",
+    ):
         assert added in found
 
 

@@ -25,7 +25,16 @@ from tests.support.waiting import LONG_S
 
 NOWHERE = "http://127.0.0.1:9"  # nobody listens there
 NO_HOME = "/dev/null/home"  # nobody can make it, not even root
-PROJECT = ("app", "configs", "static", "pyproject.toml", "hatch_build.py", "README.md", "LICENSE", ".gitignore")
+PROJECT = (
+    "app",
+    "configs",
+    "static",
+    "pyproject.toml",
+    "hatch_build.py",
+    "README.md",
+    "LICENSE",
+    ".gitignore",
+)
 BUILD_STEP = "import sys; from hatchling import build; getattr(build, sys.argv[1])(sys.argv[2])"
 ANOTHER_USER = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
 
@@ -37,11 +46,15 @@ def build():
 
 def test_links_of_the_readme_lead_to_the_repository_where_it_has_an_address(build):
     readme = "![Field](static/a.webp) [manual](static/help/api.md#calls) [other](https://example.org/) [below](#below)"
-    assert build.addresses(readme, "") == {"readme": {"content-type": "text/markdown", "text": readme}, "urls": {}}
+    assert build.addresses(readme, "") == {
+        "readme": {"content-type": "text/markdown", "text": readme},
+        "urls": {},
+    }
     made = build.addresses(readme, "https://example.org/t")
     assert made["readme"]["text"] == (
         "![Field](https://example.org/t/raw/HEAD/static/a.webp) [manual](https://example.org/t/blob/HEAD/static/help/"
-        "api.md#calls) [other](https://example.org/) [below](#below)")
+        "api.md#calls) [other](https://example.org/) [below](#below)"
+    )
     pages = {name: url.partition("/blob/HEAD/")[2] for name, url in made["urls"].items()}
     assert set(pages) == {"Homepage", "Documentation", "Changelog", "Issues"}
     assert all((ROOT / page).exists() for page in pages.values())
@@ -56,7 +69,9 @@ def test_npm_writes_into_the_build_where_there_is_no_home(build, tmp_path, monke
     for name, there in (("cache", tmp_path / "cache"), ("userconfig", tmp_path / ".npmrc")):
         assert build.run_npm(["config", "get", name], cwd=tmp_path).stdout.strip() == str(there)
     monkeypatch.setenv("npm_config_cache", "/var/somewhere")
-    assert build.run_npm(["config", "get", "cache"], cwd=tmp_path).stdout.strip() == "/var/somewhere"
+    assert (
+        build.run_npm(["config", "get", "cache"], cwd=tmp_path).stdout.strip() == "/var/somewhere"
+    )
 
 
 def test_a_registry_that_never_answers_is_told_as_that(build, tmp_path, monkeypatch):
@@ -68,13 +83,19 @@ def test_a_registry_that_never_answers_is_told_as_that(build, tmp_path, monkeypa
     with socket.create_server(("127.0.0.1", 0)) as silent:
         monkeypatch.setenv("npm_config_registry", f"http://127.0.0.1:{silent.getsockname()[1]}")
         monkeypatch.setenv("npm_config_cache", str(tmp_path / "cache"))
-        with pytest.raises(SystemExit, match="stopped after 1 s: the registry answers slowly or not at all"):
+        with pytest.raises(
+            SystemExit, match="stopped after 1 s: the registry answers slowly or not at all"
+        ):
             build.bring_vendor(static)
 
 
 def test_the_pythons_that_are_named_are_the_ones_that_are_tested():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    named = [line.rpartition(" ")[2] for line in project["classifiers"] if re.search(r"Python :: 3\.\d+$", line)]
+    named = [
+        line.rpartition(" ")[2]
+        for line in project["classifiers"]
+        if re.search(r"Python :: 3\.\d+$", line)
+    ]
     jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text())["jobs"]
     matrix = jobs["tests"]["strategy"]["matrix"]
     assert named == matrix["python"] and project["requires-python"] == f">={named[0]}"
@@ -83,8 +104,11 @@ def test_the_pythons_that_are_named_are_the_ones_that_are_tested():
 
 
 def test_links_of_the_repository_s_own_pages_lead_somewhere():
-    links = [page.parent / target for page in (ROOT / ".github").rglob("*.md")
-             for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text())]
+    links = [
+        page.parent / target
+        for page in (ROOT / ".github").rglob("*.md")
+        for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text())
+    ]
     assert len(links) > 5
     assert [link for link in links if not link.exists()] == []
 
@@ -105,11 +129,18 @@ def open_folder():
 
 def bare_environment() -> dict[str, str]:
     """Of a user without a home, whose system speaks no language."""
-    return {"PATH": os.environ["PATH"], "LANG": "C", "HOME": NO_HOME, "npm_config_registry": NOWHERE}
+    return {
+        "PATH": os.environ["PATH"],
+        "LANG": "C",
+        "HOME": NO_HOME,
+        "npm_config_registry": NOWHERE,
+    }
 
 
 def run(*words: object, cwd: Path, env: dict[str, str] | None = None, **user: object) -> str:
-    done = subprocess.run([*map(str, words)], cwd=cwd, env=env, capture_output=True, text=True, **user)
+    done = subprocess.run(
+        [*map(str, words)], cwd=cwd, env=env, capture_output=True, text=True, **user
+    )
     assert done.returncode == 0, f"{words}\n{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
     return done.stdout
 
@@ -143,12 +174,22 @@ def test_a_wheel_of_the_source_archive_has_libraries_bundle_and_licences_and_no_
         inside = set(packed.namelist())
         (name,) = (name for name in inside if name.endswith(".dist-info/METADATA"))
         metadata = email.message_from_bytes(packed.read(name))
-    page = {name.removeprefix("touchline/_static/") for name in inside if name.startswith("touchline/_static/")}
+    page = {
+        name.removeprefix("touchline/_static/")
+        for name in inside
+        if name.startswith("touchline/_static/")
+    }
     assert {"index.html", "built/page/main.js", "built/SOURCES.json", "vendor/preact.js"} <= page
-    assert not [name for name in page if re.search(r"(^|/)\.|\.d\.ts$|package.*\.json$|tsconfig", name)]
-    licences = {f"static/vendor/licences/{file.name}" for file in (STATIC / "vendor" / "licences").iterdir()}
+    assert not [
+        name for name in page if re.search(r"(^|/)\.|\.d\.ts$|package.*\.json$|tsconfig", name)
+    ]
+    licences = {
+        f"static/vendor/licences/{file.name}" for file in (STATIC / "vendor" / "licences").iterdir()
+    }
     assert {"LICENSE", *licences} == set(metadata.get_all("License-File"))
-    assert {f"{name.rpartition('/')[0]}/licenses/{file}" for file in ("LICENSE", *licences)} <= inside
+    assert {
+        f"{name.rpartition('/')[0]}/licenses/{file}" for file in ("LICENSE", *licences)
+    } <= inside
     # Kept by the archive: the wheel was built without the address
     assert "Issues, https://example.org/touchline/issues" in metadata.get_all("Project-URL")
     assert "(https://example.org/touchline/raw/HEAD/static/help/img/" in metadata.get_payload()
@@ -158,7 +199,13 @@ def reachable_python() -> Path:
     """Return one that another user may start too."""
     for python in (Path(sys.base_prefix, "bin", "python3"), Path("/usr/bin/python3")):
         try:
-            run(python, "-c", "import sys; assert sys.version_info >= (3, 11)", cwd=Path("/"), **ANOTHER_USER)
+            run(
+                python,
+                "-c",
+                "import sys; assert sys.version_info >= (3, 11)",
+                cwd=Path("/"),
+                **ANOTHER_USER,
+            )
             return python
         except (OSError, AssertionError):
             continue
@@ -169,9 +216,34 @@ def reachable_python() -> Path:
 def test_it_runs_from_a_wheelhouse_for_a_user_without_home_or_rights(built, open_folder):
     house, room, data = (open_folder / name for name in ("house", "room", "data"))
     run(reachable_python(), "-m", "venv", "--without-pip", room, cwd=open_folder)
-    run(python_with_pip(), "-m", "pip", "--python", room, "wheel", "-q", "-w", house, built.wheel, cwd=open_folder)
-    run(python_with_pip(), "-m", "pip", "--python", room, "install", "-q", "--no-index", "--find-links", house,
-        "touchline", cwd=open_folder, env=bare_environment())
+    run(
+        python_with_pip(),
+        "-m",
+        "pip",
+        "--python",
+        room,
+        "wheel",
+        "-q",
+        "-w",
+        house,
+        built.wheel,
+        cwd=open_folder,
+    )
+    run(
+        python_with_pip(),
+        "-m",
+        "pip",
+        "--python",
+        room,
+        "install",
+        "-q",
+        "--no-index",
+        "--find-links",
+        house,
+        "touchline",
+        cwd=open_folder,
+        env=bare_environment(),
+    )
     for path in (room, *room.rglob("*")):
         if not path.is_symlink():
             path.chmod(path.stat().st_mode & ~0o222)
@@ -180,8 +252,12 @@ def test_it_runs_from_a_wheelhouse_for_a_user_without_home_or_rights(built, open
     options = {"cwd": data, "env": bare_environment(), **ANOTHER_USER}
     program = room / "bin" / "touchline"
     assert re.fullmatch(r"touchline \d+\.\d+\.\d+\n", run(program, "--version", **options))
-    server = subprocess.Popen([program, "demo", "--port", "0", "--data", data / "demo"], **options,
-                              stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        [program, "demo", "--port", "0", "--data", data / "demo"],
+        **options,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     try:
         url = re.search(r"http://127\.0\.0\.1:\d+", server.stdout.readline())[0]
         with urlopen(f"{url}/", timeout=LONG_S) as page:

@@ -27,11 +27,18 @@ def slug(heading: str) -> str:
 
 
 def headings(page: str) -> set[str]:
-    return {slug(text) for text in re.findall(r"^#{1,4} +(.+)$", (HELP / page).read_text(), re.MULTILINE)}
+    return {
+        slug(text)
+        for text in re.findall(r"^#{1,4} +(.+)$", (HELP / page).read_text(), re.MULTILINE)
+    }
 
 
 def section(page: str, title: str) -> str:
-    found = re.search(rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", (HELP / page).read_text(), re.MULTILINE | re.DOTALL)
+    found = re.search(
+        rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)",
+        (HELP / page).read_text(),
+        re.MULTILINE | re.DOTALL,
+    )
     assert found, f"{page} has no section called {title}"
     return found[1]
 
@@ -39,20 +46,33 @@ def section(page: str, title: str) -> str:
 @cache
 def calls() -> list[tuple[Path, ast.Call]]:
     """Each call in app/, with the file that it stands in."""
-    return [(source, node) for source in sorted((PACKAGE).rglob("*.py"))
-            for node in ast.walk(ast.parse(source.read_text())) if isinstance(node, ast.Call)]
+    return [
+        (source, node)
+        for source in sorted((PACKAGE).rglob("*.py"))
+        for node in ast.walk(ast.parse(source.read_text()))
+        if isinstance(node, ast.Call)
+    ]
 
 
 def warnings_made() -> set[str]:
-    return {node.args[0].value for _, node in calls()
-            if getattr(node.func, "id", "") == "Warning" and node.args and isinstance(node.args[0], ast.Constant)}
+    return {
+        node.args[0].value
+        for _, node in calls()
+        if getattr(node.func, "id", "") == "Warning"
+        and node.args
+        and isinstance(node.args[0], ast.Constant)
+    }
 
 
 def refusals_made() -> set[str]:
-    return {word.value.value for source, node in calls()
-            if source.relative_to(PACKAGE).parts[0] in FITTING
-            if not any(word.arg == "sentence" for word in node.keywords)  # of a verdict
-            for word in node.keywords if word.arg == "reason" and isinstance(word.value, ast.Constant)}
+    return {
+        word.value.value
+        for source, node in calls()
+        if source.relative_to(PACKAGE).parts[0] in FITTING
+        if not any(word.arg == "sentence" for word in node.keywords)  # of a verdict
+        for word in node.keywords
+        if word.arg == "reason" and isinstance(word.value, ast.Constant)
+    }
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -63,7 +83,9 @@ def test_every_model_has_a_section_of_its_own(name):
 @pytest.mark.parametrize("name", FITTERS)
 def test_every_option_is_explained(name):
     explained = section("models.md", "Options")
-    assert [option.name for option in FITTERS[name].OPTIONS if f"`{option.name}`" not in explained] == []
+    assert [
+        option.name for option in FITTERS[name].OPTIONS if f"`{option.name}`" not in explained
+    ] == []
 
 
 def test_every_warning_and_refusal_is_explained():
@@ -73,10 +95,14 @@ def test_every_warning_and_refusal_is_explained():
     for reason in reasons:
         row = re.search(rf"^\|[^|\n]*`{reason}`[^|\n]*\|(.+)\|(.+)\|$", text, re.MULTILINE)
         assert row, f"{reason} stands in no table of warnings.md"
-        assert all(len(cell.split()) > 1 or cell.strip() in ("tape it",) for cell in row.groups()), reason
+        assert all(
+            len(cell.split()) > 1 or cell.strip() in ("tape it",) for cell in row.groups()
+        ), reason
 
 
-@pytest.mark.parametrize("title", ["Verdict", "Expected error", "Distortion", "Residual", "Models", "Live"])
+@pytest.mark.parametrize(
+    "title", ["Verdict", "Expected error", "Distortion", "Residual", "Models", "Live"]
+)
 def test_every_kind_of_number_is_explained(title):
     assert section("numbers.md", title).strip()
 
@@ -99,8 +125,11 @@ def test_what_panels_and_the_tour_point_at_is_there():
 
 def test_every_panel_that_asks_for_an_explanation_has_one():
     explained = set(re.findall(r"(\w+): \"[\w-]+\.md", (STATIC / "core" / "manual.js").read_text()))
-    asked = {of for source in STATIC.glob("features/*/panels/*.js")
-             for of in re.findall(r'\$\{Title\} of="(\w+)"', source.read_text())}
+    asked = {
+        of
+        for source in STATIC.glob("features/*/panels/*.js")
+        for of in re.findall(r'\$\{Title\} of="(\w+)"', source.read_text())
+    }
     assert asked and asked <= explained, asked - explained
 
 
@@ -125,11 +154,22 @@ def test_every_task_has_a_picture_before_its_first_heading(page):
 
 def test_every_picture_is_shown_by_a_page_and_taken_by_a_test():
     shown = {file for page in PAGES for _, file in PICTURE.findall(page.read_text())}
-    taken = {name for test in (TESTS / "e2e").glob("test_*.py")
-             for name in re.findall(r'manual_picture\(.+, "([\w-]+)"\)', test.read_text())}
-    assert {f"img/{name}.webp" for name in taken} == shown == {f"img/{file.name}" for file in PICTURES.iterdir()}
+    taken = {
+        name
+        for test in (TESTS / "e2e").glob("test_*.py")
+        for name in re.findall(r'manual_picture\(.+, "([\w-]+)"\)', test.read_text())
+    }
+    assert (
+        {f"img/{name}.webp" for name in taken}
+        == shown
+        == {f"img/{file.name}" for file in PICTURES.iterdir()}
+    )
 
 
 def test_every_benchmark_has_its_figures_and_its_command():
     quoted = (HELP / "figures.md").read_text()
-    assert [path.name for path in sorted((TESTS / "bench").glob("bench_*.py")) if path.name not in quoted] == []
+    assert [
+        path.name
+        for path in sorted((TESTS / "bench").glob("bench_*.py"))
+        if path.name not in quoted
+    ] == []

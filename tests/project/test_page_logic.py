@@ -11,8 +11,10 @@ FILES = sorted(PAGE_TESTS.glob("*.test.mjs"))
 
 def test_node_sees_the_page_as_a_browser_does_and_says_what_failed(tmp_path):
     failing = tmp_path / "failing.test.mjs"
-    failing.write_text('import test from "node:test";\nimport htm from "htm";\n'
-                       'test("the page is made of paper", () => { throw new Error(`of a ${typeof htm}`); });\n')
+    failing.write_text(
+        'import test from "node:test";\nimport htm from "htm";\n'
+        'test("the page is made of paper", () => { throw new Error(`of a ${typeof htm}`); });\n'
+    )
     done = run_node("--test", str(failing))
     assert done.returncode != 0
     assert "the page is made of paper" in done.stdout and "of a function" in done.stdout

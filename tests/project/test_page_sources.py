@@ -16,11 +16,16 @@ from touchline.main import create_app
 from touchline.settings import Settings
 
 OURS = (".js", ".css", ".html", ".svg")
-OWN = [p for p in STATIC.rglob("*") if p.is_file() and not NOT_OURS & {*p.parts} and p.suffix in OURS]
+OWN = [
+    p for p in STATIC.rglob("*") if p.is_file() and not NOT_OURS & {*p.parts} and p.suffix in OURS
+]
 
 # `import … from`, `export … from`, `import(…)` and a worker's `new URL(…, import.meta.url)`
-IMPORTED = re.compile(r"""^(?:import|export)\b[^;"']*?["'](\.[^"']+)["']|\bimport\(\s*["'](\.[^"']+)["']"""
-                      r"""|\bnew URL\(\s*["'](\.[^"']+)["'],\s*import\.meta\.url""", re.MULTILINE)
+IMPORTED = re.compile(
+    r"""^(?:import|export)\b[^;"']*?["'](\.[^"']+)["']|\bimport\(\s*["'](\.[^"']+)["']"""
+    r"""|\bnew URL\(\s*["'](\.[^"']+)["'],\s*import\.meta\.url""",
+    re.MULTILINE,
+)
 DOC_COMMENT = re.compile(r"/\*\*.*?\*/", re.DOTALL)  # names types of other modules, loads none
 LOWER = {"core": {"core"}, "ui": {"core", "ui"}}  # what scripts of a folder may import
 MAX_LOOSE_SCRIPTS = 2  # main.js and one more
@@ -33,10 +38,16 @@ NAMESPACES = {"http://www.w3.org"}  # names, never fetched
 def import_graph(folder: Path) -> dict[str, set[str]]:
     """Return which of the folder's own scripts each script loads, by path within the folder."""
     folder = folder.resolve()
-    return {source.relative_to(folder).as_posix(): {
-        (source.parent / name).resolve().relative_to(folder).as_posix()
-        for names in IMPORTED.findall(DOC_COMMENT.sub("", source.read_text(encoding="utf-8"))) for name in names if name
-    } for source in folder.rglob("*.js") if not NOT_OURS & {*source.relative_to(folder).parts}}
+    return {
+        source.relative_to(folder).as_posix(): {
+            (source.parent / name).resolve().relative_to(folder).as_posix()
+            for names in IMPORTED.findall(DOC_COMMENT.sub("", source.read_text(encoding="utf-8")))
+            for name in names
+            if name
+        }
+        for source in folder.rglob("*.js")
+        if not NOT_OURS & {*source.relative_to(folder).parts}
+    }
 
 
 def reachable(graph: dict[str, set[str]], start: str) -> set[str]:
@@ -71,8 +82,11 @@ def closed(schema: Any) -> Any:
         return [closed(part) for part in schema]
     if not isinstance(schema, dict):
         return schema
-    return {key: closed(part) for key, part in schema.items()
-            if not (key == "additionalProperties" and part is True and "properties" in schema)}
+    return {
+        key: closed(part)
+        for key, part in schema.items()
+        if not (key == "additionalProperties" and part is True and "properties" in schema)
+    }
 
 
 def checked(copy: Path) -> subprocess.CompletedProcess:
@@ -87,8 +101,10 @@ def test_every_source_passes_the_type_checker(checked_copy):
 @pytest.mark.long
 def test_the_type_checker_would_notice_a_misspelt_name(checked_copy):
     misspelt = checked_copy / "misspelt.js"
-    misspelt.write_text('import { stageSize } from "./canvas/viewport.js";\nconsole.log(stageSize.value.widht);\n'
-                        '/** @type {import("./core/rest").SavedReport} */ let report;\nreport.rsm_px = null;\n')
+    misspelt.write_text(
+        'import { stageSize } from "./canvas/viewport.js";\nconsole.log(stageSize.value.widht);\n'
+        '/** @type {import("./core/rest").SavedReport} */ let report;\nreport.rsm_px = null;\n'
+    )
     done = checked(checked_copy)
     misspelt.unlink()
     assert done.returncode != 0
@@ -105,13 +121,17 @@ def test_every_source_passes_the_linter():
 
 @pytest.mark.parametrize("source", OWN, ids=lambda p: str(p.relative_to(STATIC)))
 def test_no_source_names_another_machine(source):
-    found = [m for m in ELSEWHERE.findall(source.read_text(encoding="utf-8")) if m not in NAMESPACES]
+    found = [
+        m for m in ELSEWHERE.findall(source.read_text(encoding="utf-8")) if m not in NAMESPACES
+    ]
     assert not found
 
 
 def test_the_page_loads_only_files_that_are_there():
     page = (STATIC / "index.html").read_text()
-    mapped = json.loads(re.search(r'<script type="importmap">(.*?)</script>', page, re.DOTALL).group(1))["imports"]
+    mapped = json.loads(
+        re.search(r'<script type="importmap">(.*?)</script>', page, re.DOTALL).group(1)
+    )["imports"]
     wanted = [*re.findall(r'(?:href|src)="([^"]+)"', page), *mapped.values()]
     missing = [name for name in wanted if not (STATIC / name).is_file()]
     assert not missing, f"build the package first (pip install -e .): {missing}"
@@ -121,7 +141,9 @@ def test_every_import_is_a_file_beside_it_or_in_the_map():
     page = (STATIC / "index.html").read_text()
     for source in (p for p in OWN if p.suffix == ".js"):
         for name in re.findall(r'^import [^;]*?from "([^"]+)"', source.read_text(), re.MULTILINE):
-            there = (source.parent / name).is_file() if name.startswith(".") else f'"{name}":' in page
+            there = (
+                (source.parent / name).is_file() if name.startswith(".") else f'"{name}":' in page
+            )
             assert there, f"{source.name} imports {name}"
 
 
@@ -134,12 +156,18 @@ def test_no_script_imports_itself_over_others():
 
 def test_a_circle_would_be_noticed_however_it_is_imported(tmp_path):
     (tmp_path / "ui").mkdir()
-    (tmp_path / "a.js").write_text('/** @type {import("./d.js").D} */\nimport {\n  b,\n} from "./ui/b.js";\n')
+    (tmp_path / "a.js").write_text(
+        '/** @type {import("./d.js").D} */\nimport {\n  b,\n} from "./ui/b.js";\n'
+    )
     (tmp_path / "ui" / "b.js").write_text('export const b = () => import("./c.js");\n')
     (tmp_path / "ui" / "c.js").write_text('new Worker(new URL("../a.js", import.meta.url));\n')
     (tmp_path / "d.js").write_text('export { b } from "./a.js";\n')
     graph = import_graph(tmp_path)
-    assert [name for name in sorted(graph) if name in reachable(graph, name)] == ["a.js", "ui/b.js", "ui/c.js"]
+    assert [name for name in sorted(graph) if name in reachable(graph, name)] == [
+        "a.js",
+        "ui/b.js",
+        "ui/c.js",
+    ]
 
 
 def test_few_scripts_stand_loose():
@@ -152,7 +180,9 @@ def test_core_and_ui_import_nothing_above_them():
         folder = name.split("/")[0]
         assert folder in {"core", "ui", "canvas", "features", name}, name
         if folder in LOWER:
-            assert not [other for other in imported if other.split("/")[0] not in LOWER[folder]], name
+            assert not [other for other in imported if other.split("/")[0] not in LOWER[folder]], (
+                name
+            )
 
 
 def test_no_canvas_and_no_layer_imports_a_panel():

@@ -23,7 +23,9 @@ from tests.support.words import (
     t,
 )
 
-SCRIPTS = [p for p in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*p.parts} and WORDS not in p.parents]
+SCRIPTS = [
+    p for p in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*p.parts} and WORDS not in p.parents
+]
 KEY = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*(\.[a-z0-9]+(-[a-z0-9]+)*)+")
 
 
@@ -31,7 +33,9 @@ def test_every_catalogue_is_one_message_a_line_in_order_under_its_own_name():
     everywhere: list[str] = []
     for path in CATALOGUES:
         keys = [key for key, _ in entries(path)]
-        assert len(keys) == len(path.read_text(encoding="utf-8").splitlines()) - 3, f"{path.name}: no message"
+        assert len(keys) == len(path.read_text(encoding="utf-8").splitlines()) - 3, (
+            f"{path.name}: no message"
+        )
         assert keys == sorted(keys), path.name
         assert all(KEY.fullmatch(key) for key in keys), path.name
         prefix = path.stem.removesuffix("_panels").replace("_", "-")
@@ -45,8 +49,12 @@ def test_every_catalogue_is_one_message_a_line_in_order_under_its_own_name():
 def test_another_language_has_the_same_messages_with_the_same_values_and_elements(language):
     assert [path.name for path in OTHERS[language]] == [path.name for path in CATALOGUES]
     for theirs, english in zip(OTHERS[language], CATALOGUES, strict=True):
-        assert [key for key, _ in entries(theirs)] == [key for key, _ in entries(english)], theirs.name
-        assert len(theirs.read_text(encoding="utf-8").splitlines()) == len(english.read_text().splitlines())
+        assert [key for key, _ in entries(theirs)] == [key for key, _ in entries(english)], (
+            theirs.name
+        )
+        assert len(theirs.read_text(encoding="utf-8").splitlines()) == len(
+            english.read_text().splitlines()
+        )
     for key, forms in messages().items():
         other = messages(language)[key]
         assert {*other} >= {*forms}, key
@@ -59,16 +67,26 @@ def test_another_language_has_the_same_messages_with_the_same_values_and_element
 
 @pytest.mark.parametrize("language", STATEMENTS)
 def test_another_language_has_words_for_all_that_the_server_states(language):
-    theirs = {key: forms_of(entry)["other"] for path in STATEMENTS[language] for key, entry in entries(path)}
+    theirs = {
+        key: forms_of(entry)["other"]
+        for path in STATEMENTS[language]
+        for key, entry in entries(path)
+    }
     assert len(theirs) == sum(len(entries(path)) for path in STATEMENTS[language]), "one twice"
-    assert all([key for key, _ in entries(path)] == sorted(key for key, _ in entries(path))
-               for path in STATEMENTS[language])
+    assert all(
+        [key for key, _ in entries(path)] == sorted(key for key, _ in entries(path))
+        for path in STATEMENTS[language]
+    )
     whole = {code for code in statements() if "*" not in code}
-    varying = [re.compile(re.escape(code).replace(r"\*", "[a-z0-9.-]+"))
-               for code in statements() if re.search(r"\w", code)]
+    varying = [
+        re.compile(re.escape(code).replace(r"\*", "[a-z0-9.-]+"))
+        for code in statements()
+        if re.search(r"\w", code)
+    ]
     assert whole - {*theirs} == set(), "no words for them"
-    assert {code for code in {*theirs} - whole if not any(one.fullmatch(code) for one in varying)} - texts() == set(), \
-        "never stated"
+    assert {
+        code for code in {*theirs} - whole if not any(one.fullmatch(code) for one in varying)
+    } - texts() == set(), "never stated"
     for code in whole:
         if statements()[code] is not None:
             assert values_of(theirs[code]) == values_of(statements()[code]), code
@@ -76,12 +94,16 @@ def test_another_language_has_words_for_all_that_the_server_states(language):
 
 def test_what_is_common_is_no_message_of_a_part_again():
     """Single words apart, which may mean something else elsewhere."""
+
     def said(key):
         return VALUE.sub("{}", str([messages(language)[key] for language in ("en", *OTHERS)]))
 
     common = {said(key) for key in messages() if key.startswith("common.")}
-    assert not [key for key in messages()
-                if not key.startswith("common.") and said(key) in common and "{}" in said(key)]
+    assert not [
+        key
+        for key in messages()
+        if not key.startswith("common.") and said(key) in common and "{}" in said(key)
+    ]
 
 
 def test_every_message_is_used():
@@ -103,19 +125,33 @@ def test_every_form_of_a_message_takes_the_same_values():
 @pytest.mark.parametrize(("word", "instead"), BANNED.items())
 def test_no_message_uses_a_word_that_a_stranger_does_not_understand(word, instead):
     banned = re.compile(rf"\b({word})\b", re.IGNORECASE)
-    found = {key: text for key, forms in messages().items() for text in forms.values()
-             if banned.search(VALUE.sub("", text))}
+    found = {
+        key: text
+        for key, forms in messages().items()
+        for text in forms.values()
+        if banned.search(VALUE.sub("", text))
+    }
     assert not found, f"use {instead}"
 
 
 def test_words_that_a_script_brings_itself_agree():
-    assert {path.name: faults for path in SCRIPTS if (faults := own_faults(path.read_text(encoding="utf-8")))} == {}
+    assert {
+        path.name: faults
+        for path in SCRIPTS
+        if (faults := own_faults(path.read_text(encoding="utf-8")))
+    } == {}
 
 
-@pytest.mark.parametrize(("english", "german", "fault"), [
-    ('a: "{n} of them"', 'a: "{n} davon"', []), ('a: "Save"', 'b: "Speichern"', ["a", "b"]),
-    ('a: "{n} of them"', 'a: "davon"', ["a: values"]), ('b: "Save"', 'b: "Speichern"', ["b: unused"]),
-    ('a: "Anew"', 'a: "Nochmals"', ["a: use again"])])
+@pytest.mark.parametrize(
+    ("english", "german", "fault"),
+    [
+        ('a: "{n} of them"', 'a: "{n} davon"', []),
+        ('a: "Save"', 'b: "Speichern"', ["a", "b"]),
+        ('a: "{n} of them"', 'a: "davon"', ["a: values"]),
+        ('b: "Save"', 'b: "Speichern"', ["b: unused"]),
+        ('a: "Anew"', 'a: "Nochmals"', ["a: use again"]),
+    ],
+)
 def test_a_fault_in_them_would_be_seen(english, german, fault):
     source = f'const t = ownWords({{\n  en: {{\n    {english},\n  }},\n  de: {{\n    {german},\n  }},\n}});\nt("a");'
     assert sorted(own_faults(source)) == fault
@@ -133,33 +169,56 @@ def test_no_text_stands_outside_the_catalogue(script):
     assert not found, f"move them to {WORDS.relative_to(ROOT)}: {found}"
 
 
-@pytest.mark.parametrize("source", [
-    "html`<p>Saved</p>`", "html`<p>${n} points</p>`", "html`<p>${isOn ? 'on' : 'off'}</p>`",
-    "html`<b title='x' aria-label='Save it'/>`",
-    "html`<${Fold} title=${isOn ? 'Lines' : t('a.b')} />`", "notify({ text: `No ${n}`, fix: '' })",
-    "const a = 'Some words';",
-    "html`<i class='big red'>${' and more'}</i>`", "({ label: 'save' })", "const state = { ok: 'Good' };",
-    "html`<p>${list.map((x) => html`<b>${x}</b> of them`)}</p>`",
-    "html`<p>${t('a.b', { c: isOn ? 'Yes, it is' : '' })}</p>`",
-])
+@pytest.mark.parametrize(
+    "source",
+    [
+        "html`<p>Saved</p>`",
+        "html`<p>${n} points</p>`",
+        "html`<p>${isOn ? 'on' : 'off'}</p>`",
+        "html`<b title='x' aria-label='Save it'/>`",
+        "html`<${Fold} title=${isOn ? 'Lines' : t('a.b')} />`",
+        "notify({ text: `No ${n}`, fix: '' })",
+        "const a = 'Some words';",
+        "html`<i class='big red'>${' and more'}</i>`",
+        "({ label: 'save' })",
+        "const state = { ok: 'Good' };",
+        "html`<p>${list.map((x) => html`<b>${x}</b> of them`)}</p>`",
+        "html`<p>${t('a.b', { c: isOn ? 'Yes, it is' : '' })}</p>`",
+    ],
+)
 def test_a_text_in_the_code_is_noticed(source):
     assert [*texts_outside(source)]
 
 
-@pytest.mark.parametrize("source", [
-    "html`<p class='a b'>${t('a.b')} mm</p>`", "html`<p class=${isOn ? 'warning line' : 'line'}>${n} mm</p>`",
-    "throw new Error('Nobody sees this.');", "// Some words", "html`<a href='#/system/jobs'>${number(x)}</a>`",
-    "if (event.key === 'Escape') run('save');", "import { x } from './some words.js';",
-    "html`<b data-x=${a === 'some words'} />`",
-])
+@pytest.mark.parametrize(
+    "source",
+    [
+        "html`<p class='a b'>${t('a.b')} mm</p>`",
+        "html`<p class=${isOn ? 'warning line' : 'line'}>${n} mm</p>`",
+        "throw new Error('Nobody sees this.');",
+        "// Some words",
+        "html`<a href='#/system/jobs'>${number(x)}</a>`",
+        "if (event.key === 'Escape') run('save');",
+        "import { x } from './some words.js';",
+        "html`<b data-x=${a === 'some words'} />`",
+    ],
+)
 def test_what_is_no_text_passes(source):
     assert not [*texts_outside(source)]
 
 
 def test_every_kind_of_job_has_its_name_on_the_page():
-    started = re.compile(r'(?:jobs\.start|finished_or_queued)\(\s*(?:request,\s*services,\s*)?"([a-z-]+)"')
-    kinds = {kind for path in PACKAGE.rglob("*.py") if "routes" in str(path)
-             for kind in started.findall(path.read_text())}
+    started = re.compile(
+        r'(?:jobs\.start|finished_or_queued)\(\s*(?:request,\s*services,\s*)?"([a-z-]+)"'
+    )
+    kinds = {
+        kind
+        for path in PACKAGE.rglob("*.py")
+        if "routes" in str(path)
+        for kind in started.findall(path.read_text())
+    }
     names = "".join(path.read_text() for path in (STATIC / "features").glob("*/index.js"))
     assert {"auto", "rig-check"} <= kinds
-    assert {kind for kind in kinds if not re.search(rf'\bjobs: {{[^}}]*"?\b{kind}"?: t\(', names)} == set()
+    assert {
+        kind for kind in kinds if not re.search(rf'\bjobs: {{[^}}]*"?\b{kind}"?: t\(', names)
+    } == set()

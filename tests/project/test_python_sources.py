@@ -11,6 +11,10 @@ from tests.support.paths import ROOT
 def test_every_python_source_passes_the_linter():
     ruff = shutil.which("ruff", path=str(Path(sys.executable).parent)) or shutil.which("ruff")
     assert ruff, "ruff is missing: install the dev extra (pip install -e '.[dev]')"
-    done = subprocess.run([ruff, "check", "--no-cache", "--output-format", "concise", "app", "tests"], cwd=ROOT,
-                          capture_output=True, text=True)
+    done = subprocess.run(
+        [ruff, "check", "--no-cache", "--output-format", "concise", "app", "tests"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stdout

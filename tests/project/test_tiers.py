@@ -22,7 +22,10 @@ def test_no_test_has_grown_over_its_tier():
 
 
 def test_a_test_that_has_grown_would_be_named():
-    grown = {"tests/a.py::test_it": Timed("default", 0.9), "tests/a.py::test_that": Timed("default", 0.6)}
+    grown = {
+        "tests/a.py::test_it": Timed("default", 0.9),
+        "tests/a.py::test_that": Timed("default", 0.6),
+    }
     assert outgrown(grown) == ["tests/a.py::test_it takes 0.9 s, and the default tier allows 0.5 s"]
 
 
@@ -34,15 +37,26 @@ def test_the_default_tier_stays_small():
 
 def test_every_row_is_of_a_test_that_is_there():
     assert {row.tier for row in TIMED.values()} <= set(LIMITS_S)
-    names = {(path, name.split("[")[0]) for path, _, name in (test.partition("::") for test in TIMED)}
-    sources = {path: (ROOT / path).read_text() if (ROOT / path).exists() else "" for path, _ in names}
-    assert sorted(f"{path}::{name}" for path, name in names if f"def {name}(" not in sources[path]) == []
+    names = {
+        (path, name.split("[")[0]) for path, _, name in (test.partition("::") for test in TIMED)
+    }
+    sources = {
+        path: (ROOT / path).read_text() if (ROOT / path).exists() else "" for path, _ in names
+    }
+    assert (
+        sorted(f"{path}::{name}" for path, name in names if f"def {name}(" not in sources[path])
+        == []
+    )
 
 
 def test_seconds_of_a_busy_machine_count_as_those_of_a_quiet_one():
     known = {f"tests/a.py::test_{i}": Timed("merge", 1.0) for i in range(5)}
-    measured = {**dict.fromkeys(known, 4.0), "tests/a.py::test_4": 12.0, "tests/a.py::test_new": 4.0,
-                "tests/a.py::test_quick": 1.0}
+    measured = {
+        **dict.fromkeys(known, 4.0),
+        "tests/a.py::test_4": 12.0,
+        "tests/a.py::test_new": 4.0,
+        "tests/a.py::test_quick": 1.0,
+    }
     rows = updated(known, measured, set())
     assert rows["tests/a.py::test_0"] == Timed("merge", 1.0)
     assert rows["tests/a.py::test_4"] == Timed("merge", 3.0)
@@ -51,8 +65,11 @@ def test_seconds_of_a_busy_machine_count_as_those_of_a_quiet_one():
 
 
 def test_a_run_keeps_the_rows_that_it_did_not_measure():
-    known = {"tests/e2e/test_a.py::test_it": Timed("story", 9.0), "tests/a.py::test_skipped": Timed("merge", 3.0),
-             "tests/a.py::test_gone": Timed("merge", 3.0)}
+    known = {
+        "tests/e2e/test_a.py::test_it": Timed("story", 9.0),
+        "tests/a.py::test_skipped": Timed("merge", 3.0),
+        "tests/a.py::test_gone": Timed("merge", 3.0),
+    }
     rows = updated(known, {"tests/a.py::test_it": 0.1}, {"tests/a.py::test_skipped"})
     assert set(rows) == {"tests/e2e/test_a.py::test_it", "tests/a.py::test_skipped"}
 
@@ -64,8 +81,10 @@ def test_a_run_that_was_stopped_writes_nothing(monkeypatch):
     session = SimpleNamespace(config=SimpleNamespace(), shouldfail=False)
     for code in (pytest.ExitCode.INTERRUPTED, pytest.ExitCode.INTERNAL_ERROR):
         seconds.pytest_sessionfinish(session, code)
-    seconds.pytest_sessionfinish(SimpleNamespace(config=SimpleNamespace(), shouldfail="after one"),
-                                 pytest.ExitCode.TESTS_FAILED)
+    seconds.pytest_sessionfinish(
+        SimpleNamespace(config=SimpleNamespace(), shouldfail="after one"),
+        pytest.ExitCode.TESTS_FAILED,
+    )
     assert written == []
     seconds.pytest_sessionfinish(session, pytest.ExitCode.TESTS_FAILED)
     assert len(written) == 1
@@ -78,19 +97,28 @@ def test_what_has_no_row_is_a_default_test_but_in_the_browser():
 
 @pytest.mark.parametrize("name", CAPABILITIES)
 def test_each_capability_has_code_and_tests_by_its_name(name):
-    code = [path for pattern in ("app/touchline/**/*.py", "static/features/**/*.js", "static/core/**/*.js")
-            for path in ROOT.glob(pattern) if matches(str(path.relative_to(ROOT)), CAPABILITIES[name])]
+    code = [
+        path
+        for pattern in ("app/touchline/**/*.py", "static/features/**/*.js", "static/core/**/*.js")
+        for path in ROOT.glob(pattern)
+        if matches(str(path.relative_to(ROOT)), CAPABILITIES[name])
+    ]
     assert len(code) >= 3 and len(files_of(name)) >= 3
     for pattern in CAPABILITIES[name]:
-        assert any(matches(str(path.relative_to(ROOT)), [pattern]) for top in ("app", "static", "tests")
-                   for path in (ROOT / top).rglob("*")), f"{name}: nothing is called {pattern}"
+        assert any(
+            matches(str(path.relative_to(ROOT)), [pattern])
+            for top in ("app", "static", "tests")
+            for path in (ROOT / top).rglob("*")
+        ), f"{name}: nothing is called {pattern}"
 
 
 def test_a_change_asks_for_the_files_of_its_capability_of_the_kernel_for_everything():
     rigs = files_touched(["app/touchline/services/rigs.py", "README.md"])
     assert "tests/api/test_rest_rigs.py" in rigs and "tests/e2e/test_rig_matches.py" in rigs
     assert rigs == files_of("rigs")
-    assert files_touched(["app/touchline/services/rigs.py", "app/touchline/core/records.py"]) is None
+    assert (
+        files_touched(["app/touchline/services/rigs.py", "app/touchline/core/records.py"]) is None
+    )
     assert files_touched(["tests/unit/store/test_store.py"]) == ["tests/unit/store/test_store.py"]
     assert files_touched(["README.md", "static/help/rigs.md"]) == []
     assert files_touched(["app/touchline/store/a_new_file.py"]) is None
@@ -98,4 +126,8 @@ def test_a_change_asks_for_the_files_of_its_capability_of_the_kernel_for_everyth
 
 def test_every_test_outside_the_project_can_be_asked_for():
     files = [str(path.relative_to(ROOT)) for path in (ROOT / "tests").rglob("test_*.py")]
-    assert [path for path in files if not matches(path, TESTS) and not Path(path).is_relative_to("tests/project")] == []
+    assert [
+        path
+        for path in files
+        if not matches(path, TESTS) and not Path(path).is_relative_to("tests/project")
+    ] == []

@@ -65,8 +65,13 @@ def test_all_types_fit():
 
 def test_a_wrong_call_into_any_package_is_refused(tmp_path):
     assert {module.partition(".")[0] for module in PLANTED} == {
-        path.stem for path in (PACKAGE).iterdir() if not path.stem.startswith("_")}
-    before = ["from pathlib import Path", *(f"import touchline.{module}" for module in PLANTED), *AMONG.splitlines()]
+        path.stem for path in (PACKAGE).iterdir() if not path.stem.startswith("_")
+    }
+    before = [
+        "from pathlib import Path",
+        *(f"import touchline.{module}" for module in PLANTED),
+        *AMONG.splitlines(),
+    ]
     planted = tmp_path / "planted.py"
     calls = (f"    touchline.{module}.{call}" for module, call in PLANTED.items())
     planted.write_text("\n".join([*before, *calls, ""]))

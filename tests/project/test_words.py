@@ -21,27 +21,41 @@ def test_no_sentence_uses_a_word_that_a_stranger_does_not_understand(word, inste
     banned = re.compile(rf"\b({word})\b", re.IGNORECASE)
     found = [(place, text) for place, text in of_server() if banned.search(text)]
     assert not found, f"use {instead}"
-    pages = [f"{page.name}: {line}" for page in PAGES
-             for line in CODE.sub("", page.read_text(encoding="utf-8")).splitlines() if banned.search(line)]
+    pages = [
+        f"{page.name}: {line}"
+        for page in PAGES
+        for line in CODE.sub("", page.read_text(encoding="utf-8")).splitlines()
+        if banned.search(line)
+    ]
     assert not pages, f"use {instead}"
 
 
 @cache
 def of_server() -> list[tuple[str, str]]:
     """Return the sentences of all modules without code in them, each with its place."""
-    return [(f"{path.relative_to(ROOT)}:{line}", CODE.sub("", text)) for path in sorted((PACKAGE).rglob("*.py"))
-            for line, text in sentences(path.read_text(encoding="utf-8"))]
+    return [
+        (f"{path.relative_to(ROOT)}:{line}", CODE.sub("", text))
+        for path in sorted((PACKAGE).rglob("*.py"))
+        for line, text in sentences(path.read_text(encoding="utf-8"))
+    ]
 
 
 def sentences(source: str) -> Iterator[tuple[int, str]]:
     """Yield the texts of a module that are more than one word, with their lines; its docstrings are not shown."""
     tree = ast.parse(source)
-    described = {id(node.body[0].value) for node in ast.walk(tree)
-                 if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))
-                 and isinstance(node.body[0], ast.Expr)}
+    described = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))
+        and isinstance(node.body[0], ast.Expr)
+    }
     for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in described \
-                and SENTENCE.search(node.value):
+        if (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and id(node) not in described
+            and SENTENCE.search(node.value)
+        ):
             yield node.lineno, node.value
 
 

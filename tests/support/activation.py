@@ -12,9 +12,15 @@ def activate_despite(client: Any, id: str, **sent: Any) -> list[str]:
 
     client: a TestClient, a server of the browser tests, or the address of a server.
     """
+
     def ask(json: Any) -> Any:
         if isinstance(client, str):
-            return requests.post(f"{client.rstrip('/')}{API}/calibrations/{id}/activate", json=json, timeout=60, **sent)
+            return requests.post(
+                f"{client.rstrip('/')}{API}/calibrations/{id}/activate",
+                json=json,
+                timeout=60,
+                **sent,
+            )
         if hasattr(client, "api"):
             return client.api("POST", f"/calibrations/{id}/activate", json=json, **sent)
         return client.post(f"{API}/calibrations/{id}/activate", json=json, **sent)

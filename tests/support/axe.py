@@ -16,5 +16,9 @@ def axe_path() -> Path:
 def grave(page) -> list[str]:
     """What axe calls serious or critical on the page as it stands, one line each."""
     found = page.evaluate("() => axe.run({ resultTypes: ['violations'] })")["violations"]
-    return [f"{v['impact']} {v['id']}: {node['html'][:160]} ({node['failureSummary'].splitlines()[-1].strip()[:120]})"
-            for v in found if v["impact"] in GRAVE for node in v["nodes"]]
+    return [
+        f"{v['impact']} {v['id']}: {node['html'][:160]} ({node['failureSummary'].splitlines()[-1].strip()[:120]})"
+        for v in found
+        if v["impact"] in GRAVE
+        for node in v["nodes"]
+    ]

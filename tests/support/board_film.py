@@ -43,5 +43,9 @@ def film(path: Path, count: int, hold_s: float = 1.5) -> Path:
 
 
 def _frame(corners: np.ndarray, quad: np.ndarray) -> np.ndarray:
-    grey = picture_of(BOARD, cv2.getPerspectiveTransform(corners, quad.astype(np.float32)), (SIZE.width, SIZE.height))
+    grey = picture_of(
+        BOARD,
+        cv2.getPerspectiveTransform(corners, quad.astype(np.float32)),
+        (SIZE.width, SIZE.height),
+    )
     return cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)

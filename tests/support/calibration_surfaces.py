@@ -22,13 +22,19 @@ def sound(answer: Any, *expected: int) -> Any:
         assert not expected or answer.status_code in expected, answer.text
         return None
     assert not expected or answer.status_code in expected, answer.text
-    return finite(answer.text) if answer.headers["content-type"].startswith("application/json") else None
+    return (
+        finite(answer.text)
+        if answer.headers["content-type"].startswith("application/json")
+        else None
+    )
 
 
 def finite(text: str) -> Any:
     """Read JSON as its standard has it."""
+
     def refuse(constant: str) -> None:
         raise AssertionError(f"{constant} in {text[:200]}")
+
     return json.loads(text, parse_constant=refuse)
 
 
@@ -38,7 +44,11 @@ def fitted(client: Any, body: dict[str, Any], snapshot: str) -> str | None:
     An attempt and a preview agree with what is saved, and what is refused leaves nothing behind.
     """
     before = saved(client)
-    draft = {key: body[key] for key in ("field", "region", "rotate", "model", "options", "observations") if key in body}
+    draft = {
+        key: body[key]
+        for key in ("field", "region", "rotate", "model", "options", "observations")
+        if key in body
+    }
     if sound(client.put(f"{API}/drafts/{snapshot}", json=draft)) is not None:
         kept = sound(client.get(f"{API}/drafts/{snapshot}"), 200)
         assert kept["observations"] == [{"z_mm": 0.0, **o} for o in body["observations"]], kept
@@ -56,12 +66,17 @@ def fitted(client: Any, body: dict[str, Any], snapshot: str) -> str | None:
 
 
 def saved(client: Any) -> list[str]:
-    return [row["id"] for row in sound(client.get(CAL, params={"brief": True, "limit": 200}), 200)["items"]]
+    return [
+        row["id"]
+        for row in sound(client.get(CAL, params={"brief": True, "limit": 200}), 200)["items"]
+    ]
 
 
-def read_everywhere(client: Any, id: str, other: str, snapshot: str, *, is_long: bool = True) -> None:
+def read_everywhere(
+    client: Any, id: str, other: str, snapshot: str, *, is_long: bool = True
+) -> None:
     """Read a saved calibration by every route that takes one; those that take seconds only where it is_long."""
-    for part in (_reading, _slow_reading)[:1 + is_long]:
+    for part in (_reading, _slow_reading)[: 1 + is_long]:
         for name, answer, expected in part(client, id, other, snapshot):
             try:
                 sound(answer, *expected)
@@ -75,6 +90,7 @@ Answers = Iterator[Asked]
 
 def _askers(client: Any, id: str) -> tuple[Callable[..., Asked], Callable[..., Asked]]:
     """Return how to get below a calibration, and how to post anywhere."""
+
     def get(path: str, *expected: int, **query: Any) -> Asked:
         return f"{path} {query}", client.get(f"{CAL}/{id}{path}", params=query), expected
 
@@ -104,12 +120,19 @@ def _reading(client: Any, id: str, other: str, snapshot: str) -> Answers:
         yield f"difference from {ending}", client.get(f"{CAL}/{other}/difference/{id}.{ending}"), ()
         yield get(f"/difference/{id}.{ending}")
     yield get("/corrected.png", width=320)
-    yield "correct", client.post(f"{CAL}/{id}/correct", params={"snapshot": snapshot, "width": 320}), ()
+    yield (
+        "correct",
+        client.post(f"{CAL}/{id}/correct", params={"snapshot": snapshot, "width": 320}),
+        (),
+    )
     for source in FRAMES:
         for target in FRAMES:
             for z_mm in (0, 150):
-                yield post(f"/calibrations/{id}/transform", {"from": source, "to": target, "points": POINTS,
-                                                             "z_mm": z_mm}, *((200,) if z_mm == 0 else (200, 409)))
+                yield post(
+                    f"/calibrations/{id}/transform",
+                    {"from": source, "to": target, "points": POINTS, "z_mm": z_mm},
+                    *((200,) if z_mm == 0 else (200, 409)),
+                )
     made = client.get(f"{CAL}/{id}").json()
     yield post("/fields/painted", {"field": made["field_definition"], "calibration": id})
     activate_despite(client, id)
@@ -133,10 +156,25 @@ def _slow_reading(client: Any, id: str, other: str, snapshot: str) -> Answers:
     for a, b in ((id, other), (id, id)):
         for z_mm in (0.0, 150.0):
             yield post("/pairs", {"calibration_a": a, "calibration_b": b, "z_mm": z_mm})
-            yield post("/pairs/lines", {"calibration_a": a, "calibration_b": b, "z_mm": z_mm,
-                                        "points_a": POINTS[:2], "points_b": POINTS[:2]})
-    again = {"field": made["field"], "region": made["region"], "rotate": made["rotate"],
-             "observations": made["observations"], "image_size": made["image_size"]}
+            yield post(
+                "/pairs/lines",
+                {
+                    "calibration_a": a,
+                    "calibration_b": b,
+                    "z_mm": z_mm,
+                    "points_a": POINTS[:2],
+                    "points_b": POINTS[:2],
+                },
+            )
+    again = {
+        "field": made["field"],
+        "region": made["region"],
+        "rotate": made["rotate"],
+        "observations": made["observations"],
+        "image_size": made["image_size"],
+    }
     for sigma in ("own", "0"):  # its lens, known, for another fit of its points
-        yield post("/fit/attempt", {**again, "model": made["model"]["name"], "options": {"lens": id,
-                                                                                         "lens_sigma": sigma}})
+        yield post(
+            "/fit/attempt",
+            {**again, "model": made["model"]["name"], "options": {"lens": id, "lens_sigma": sigma}},
+        )

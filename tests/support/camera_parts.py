@@ -11,7 +11,12 @@ class CountingPart(CameraPart):
 
     def __init__(self, around: PartContext) -> None:
         self._capture = around.capture
-        self.requests = {"newest": lambda asked: ({"seq": self._capture.next(asked["after"], 10.0).seq}, b"bytes")}
+        self.requests = {
+            "newest": lambda asked: (
+                {"seq": self._capture.next(asked["after"], 10.0).seq},
+                b"bytes",
+            )
+        }
 
     def status(self):
         return {"counted": self._capture.status()["seq"]}

@@ -7,22 +7,53 @@ from tests.support.paths import ROOT
 
 CAPABILITIES = {
     "automatic": ("*/auto*", "*_auto*", "*/test_find_lines.py"),
-    "boards": ("*/board*", "*_board*", "app/touchline/*/lenses.py",
-               "tests/e2e/test_lenses.py"),
-    "detection": ("*detection*", "*/clips.*", "*_clips.*", "*seeing*", "*/stage*", "*_stage*", "*colour*", "*tracks*"),
+    "boards": ("*/board*", "*_board*", "app/touchline/*/lenses.py", "tests/e2e/test_lenses.py"),
+    "detection": (
+        "*detection*",
+        "*/clips.*",
+        "*_clips.*",
+        "*seeing*",
+        "*/stage*",
+        "*_stage*",
+        "*colour*",
+        "*tracks*",
+    ),
     "drift": ("*drift*", "*/check*", "*_check*", "*reregister*"),
     "fields": ("*/fields/*", "*/fields.*", "*_fields.*", "*field_editor*", "*measured*", "*tape*"),
-    "league": ("*league*", "*/ssl_*", "*_ssl*", "*/ssl.*", "*publish*", "*packet*", "*geometry_listener*",
-               "*/network.*", "static/features/league/*", "tests/*/test_network*.py"),
+    "league": (
+        "*league*",
+        "*/ssl_*",
+        "*_ssl*",
+        "*/ssl.*",
+        "*publish*",
+        "*packet*",
+        "*geometry_listener*",
+        "*/network.*",
+        "static/features/league/*",
+        "tests/*/test_network*.py",
+    ),
     "report": ("*report*",),
     "rigs": ("*/rig*", "*_rig*", "*/pair*", "*_pair*"),
     "scene": ("*/scene*", "*_scene*"),
     "straight": ("*straight*", "*plumb*", "*/roll*", "*_roll*"),
 }
-TESTS = ("tests/unit/*test_*.py", "tests/api/test_*.py", "tests/cli/test_*.py", "tests/e2e/test_*.py")
+TESTS = (
+    "tests/unit/*test_*.py",
+    "tests/api/test_*.py",
+    "tests/cli/test_*.py",
+    "tests/e2e/test_*.py",
+)
 # The default tests, and the tests of the project among them, tell what changes of these need.
-NO_CODE = ("*.md", "static/help/*", "tests/bench/*", "tests/project/*", "tests/seconds.tsv", ".github/*", "LICENSE",
-           ".gitignore")
+NO_CODE = (
+    "*.md",
+    "static/help/*",
+    "tests/bench/*",
+    "tests/project/*",
+    "tests/seconds.tsv",
+    ".github/*",
+    "LICENSE",
+    ".gitignore",
+)
 
 
 def matches(path: str, patterns: Iterable[str]) -> bool:

@@ -19,7 +19,9 @@ def family(pid: int) -> dict[int, str]:
     """A process and all below it, with what each was started for."""
     found = {}
     with suppress(OSError):  # one has just ended
-        found[pid] = Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        found[pid] = (
+            Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        )
         for task in Path(f"/proc/{pid}/task").iterdir():
             for child in (task / "children").read_text().split():
                 found |= family(int(child))

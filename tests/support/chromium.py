@@ -4,10 +4,19 @@ import os
 import shutil
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-ARGUMENTS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run",
-             "--disable-background-networking", "--disable-component-update", "--disable-sync"]
-FIX = ("No Chromium was found. Install one (apt-get install chromium), or run "
-       "`playwright install --with-deps chromium`, or set TOUCHLINE_CHROMIUM to the path of a Chromium or Chrome.")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--enable-unsafe-swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+FIX = (
+    "No Chromium was found. Install one (apt-get install chromium), or run "
+    "`playwright install --with-deps chromium`, or set TOUCHLINE_CHROMIUM to the path of a Chromium or Chrome."
+)
 
 
 def chromium_path() -> str | None:

@@ -1,6 +1,6 @@
 """The answers of touchline.Client as types, written from the REST description.
 
-    python -m tests.support.client_types      writes them anew
+python -m tests.support.client_types      writes them anew
 """
 
 import json
@@ -41,6 +41,7 @@ def _needed(schemas: Schema) -> list[str]:
                 add(other)
         if name not in found:
             found.append(name)
+
     for name in WANTED:
         add(name)
     return found
@@ -81,8 +82,11 @@ def _kind(schema: Schema) -> str:
     if schema.get("type") == "array":
         return f"list[{_kind(schema.get('items', {}))}]"
     if schema.get("type") == "object":
-        return f"dict[str, {_kind(schema.get('additionalProperties') or {})}]" if isinstance(
-            schema.get("additionalProperties"), dict) else "dict[str, Any]"
+        return (
+            f"dict[str, {_kind(schema.get('additionalProperties') or {})}]"
+            if isinstance(schema.get("additionalProperties"), dict)
+            else "dict[str, Any]"
+        )
     return SCALARS.get(schema.get("type", ""), "Any")
 
 

@@ -10,8 +10,12 @@ from pathlib import Path
 
 from tests.support.paths import ROOT
 
-ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1",
-                            "OPENBLAS_NUM_THREADS": "1", "PYTHONWARNINGS": "ignore"}
+ENVIRONMENT = os.environ | {
+    "PYTHONPATH": str(ROOT),
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "PYTHONWARNINGS": "ignore",
+}
 
 
 class DaskCluster:
@@ -33,16 +37,37 @@ class DaskCluster:
         return f"dask://127.0.0.1:{self.port}"
 
     def start_scheduler(self) -> None:
-        self.scheduler = self._start("scheduler", "--host", self._host, "--port", str(self.port),
-                                     "--no-dashboard", "--no-jupyter")
+        self.scheduler = self._start(
+            "scheduler",
+            "--host",
+            self._host,
+            "--port",
+            str(self.port),
+            "--no-dashboard",
+            "--no-jupyter",
+        )
 
     def start_workers(self, count: int) -> None:
-        self.workers += [self._start("worker", self._url, "--host", self._host, "--nthreads", "1", "--no-dashboard",
-                                     "--no-nanny", "--local-directory", str(self._folder)) for _ in range(count)]
+        self.workers += [
+            self._start(
+                "worker",
+                self._url,
+                "--host",
+                self._host,
+                "--nthreads",
+                "1",
+                "--no-dashboard",
+                "--no-nanny",
+                "--local-directory",
+                str(self._folder),
+            )
+            for _ in range(count)
+        ]
 
     def until_there(self, count: int, seconds: float = 90.0) -> None:
         """Wait for so many workers, so that a test does not measure their start."""
         from distributed import Client
+
         with Client(self._url, timeout=seconds, set_as_default=False) as client:
             client.wait_for_workers(count, timeout=seconds)
 
@@ -54,9 +79,14 @@ class DaskCluster:
 
     def _start(self, what: str, *words: str) -> subprocess.Popen:
         with (self._folder / f"{what}-{time.monotonic_ns()}.log").open("w") as log:
-            return subprocess.Popen([sys.executable, "-m", f"distributed.cli.dask_{what}", *words],
-                                    env=ENVIRONMENT | self.environment, cwd=self._folder, stdin=subprocess.DEVNULL,
-                                    stdout=log, stderr=subprocess.STDOUT)
+            return subprocess.Popen(
+                [sys.executable, "-m", f"distributed.cli.dask_{what}", *words],
+                env=ENVIRONMENT | self.environment,
+                cwd=self._folder,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
 
 
 @contextmanager

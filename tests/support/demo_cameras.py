@@ -7,5 +7,7 @@ from touchline.cli.server import DEMO_CAMERAS
 
 FPS = 5
 WIDTH, HEIGHT = 640, 512
-CAMERAS = tuple({**camera, "source": camera["source"].replace("fps=10", f"size={WIDTH}x{HEIGHT}&fps={FPS}")}
-                for camera in DEMO_CAMERAS)
+CAMERAS = tuple(
+    {**camera, "source": camera["source"].replace("fps=10", f"size={WIDTH}x{HEIGHT}&fps={FPS}")}
+    for camera in DEMO_CAMERAS
+)

@@ -20,8 +20,11 @@ RAY_EXAMPLES = [(name, i) for name, i in EXAMPLES if issubclass(MODELS[name], Ra
 
 def field_around(region: Region) -> Field:
     """The plain field, so large that the region lies within it."""
-    return replace(plain_field(region), length_mm=2 * float(np.abs(region.x_mm).max()),
-                   width_mm=2 * float(np.abs(region.y_mm).max()))
+    return replace(
+        plain_field(region),
+        length_mm=2 * float(np.abs(region.x_mm).max()),
+        width_mm=2 * float(np.abs(region.y_mm).max()),
+    )
 
 
 def model_of(name: str, index: int) -> CameraModel:
@@ -30,10 +33,23 @@ def model_of(name: str, index: int) -> CameraModel:
 
 def of_model(model: CameraModel, **changes) -> Calibration:
     """A calibration without clicks."""
-    made = Calibration("c0ffee", 3, "north", field_around(model.region).to_json(), model.region.name,
-                       model.region.rotate_deg, model.NAME, json.loads(json.dumps(parameters_json(model))),
-                       model.image_size, model.corrected_size, (), {}, {"rms_px": None}, "2026-01-01T00:00:00Z",
-                       "0.1.0")
+    made = Calibration(
+        "c0ffee",
+        3,
+        "north",
+        field_around(model.region).to_json(),
+        model.region.name,
+        model.region.rotate_deg,
+        model.NAME,
+        json.loads(json.dumps(parameters_json(model))),
+        model.image_size,
+        model.corrected_size,
+        (),
+        {},
+        {"rms_px": None},
+        "2026-01-01T00:00:00Z",
+        "0.1.0",
+    )
     return replace(made, **changes)
 
 

@@ -14,7 +14,11 @@ CALLS = ("open", "write", "fsync", "close", "replace")
 FULL = (errno.ENOSPC, errno.EDQUOT)
 SQLITE_OK, SQLITE_FULL = 0, 13
 # What unix's file layer makes of an error that is not ENOSPC: SQLITE_IOERR and what was tried.
-SQLITE_IOERR = {"sqlite write": 10 | 3 << 8, "sqlite truncate": 10 | 6 << 8, "sqlite sync": 10 | 4 << 8}
+SQLITE_IOERR = {
+    "sqlite write": 10 | 3 << 8,
+    "sqlite truncate": 10 | 6 << 8,
+    "sqlite sync": 10 | 4 << 8,
+}
 
 
 class Disk:
@@ -44,6 +48,7 @@ class Disk:
                     os.close(*args)  # the system lets go of the handle even then
                 raise OSError(self.code, os.strerror(self.code))
             return getattr(os, name)(*args, **more)
+
         return call
 
     def sqlite_fails(self, name):
@@ -54,22 +59,38 @@ class Disk:
 
 
 class _Methods(ctypes.Structure):
-    _fields_ = [("version", ctypes.c_int), ("close", ctypes.c_void_p), ("read", ctypes.c_void_p),
-                ("write", ctypes.c_void_p), ("truncate", ctypes.c_void_p), ("sync", ctypes.c_void_p),
-                ("others", ctypes.c_void_p * 13)]
+    _fields_ = [
+        ("version", ctypes.c_int),
+        ("close", ctypes.c_void_p),
+        ("read", ctypes.c_void_p),
+        ("write", ctypes.c_void_p),
+        ("truncate", ctypes.c_void_p),
+        ("sync", ctypes.c_void_p),
+        ("others", ctypes.c_void_p * 13),
+    ]
 
 
 class _Vfs(ctypes.Structure):
-    _fields_ = [("version", ctypes.c_int), ("file_size", ctypes.c_int), ("longest_path", ctypes.c_int),
-                ("next", ctypes.c_void_p), ("name", ctypes.c_char_p), ("data", ctypes.c_void_p),
-                ("open", ctypes.c_void_p), ("others", ctypes.c_void_p * 15)]
+    _fields_ = [
+        ("version", ctypes.c_int),
+        ("file_size", ctypes.c_int),
+        ("longest_path", ctypes.c_int),
+        ("next", ctypes.c_void_p),
+        ("name", ctypes.c_char_p),
+        ("data", ctypes.c_void_p),
+        ("open", ctypes.c_void_p),
+        ("others", ctypes.c_void_p * 15),
+    ]
 
 
-WRITE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int, ctypes.c_int64)
+WRITE = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int, ctypes.c_int64
+)
 TRUNCATE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int64)
 SYNC = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)
-OPEN = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int,
-                        ctypes.c_void_p)
+OPEN = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p
+)
 
 
 class FailingSqlite:
@@ -78,6 +99,7 @@ class FailingSqlite:
     def __init__(self):
         self.disk = None  # the Disk that is asked, if any
         import _sqlite3  # noqa: F401  the library that Python uses must be there before it is looked for
+
         self._library = ctypes.CDLL("libsqlite3.so.0")
         self._library.sqlite3_vfs_find.restype = ctypes.POINTER(_Vfs)
         self._library.sqlite3_vfs_find.argtypes = [ctypes.c_char_p]
@@ -106,10 +128,14 @@ class FailingSqlite:
         if address not in self._tables:
             real = _Methods.from_address(address)
             copy = _Methods.from_buffer_copy(real)
-            kept = [self._asked("sqlite write", WRITE, real.write),
-                    self._asked("sqlite truncate", TRUNCATE, real.truncate),
-                    self._asked("sqlite sync", SYNC, real.sync)]
-            copy.write, copy.truncate, copy.sync = (ctypes.cast(function, ctypes.c_void_p) for function in kept)
+            kept = [
+                self._asked("sqlite write", WRITE, real.write),
+                self._asked("sqlite truncate", TRUNCATE, real.truncate),
+                self._asked("sqlite sync", SYNC, real.sync),
+            ]
+            copy.write, copy.truncate, copy.sync = (
+                ctypes.cast(function, ctypes.c_void_p) for function in kept
+            )
             self._tables[address] = (copy, kept)
         return self._tables[address]
 
@@ -119,6 +145,7 @@ class FailingSqlite:
         def call(*args):
             code = self.disk.sqlite_fails(name) if self.disk is not None else SQLITE_OK
             return code or real(*args)
+
         return kind(call)
 
 
@@ -129,6 +156,7 @@ def can_fail():
     except OSError:
         return False
     import _sqlite3
+
     with open(_sqlite3.__file__, "rb") as file:
         return b"libsqlite3.so.0" in file.read()
 

@@ -48,8 +48,17 @@ def camera_of(desk, id: str) -> dict:
 def calibrate_without_clicks(operator, field: str, source: str, id: str) -> None:
     """Add a camera over a field, and activate what detection makes of its picture, all by the bright button."""
     page, desk = operator.page, operator.server
-    desk.api("POST", "/cameras", json={"id": id, "name": f"The {id} camera", "field": field, "region": "full",
-                                       "source": source})
+    desk.api(
+        "POST",
+        "/cameras",
+        json={
+            "id": id,
+            "name": f"The {id} camera",
+            "field": field,
+            "region": "full",
+            "source": source,
+        },
+    )
     operator.prefer("detect", "on")
     page.goto("about:blank")  # the preference is read when the page is loaded
     page.goto(f"{desk.url}/#/cameras")

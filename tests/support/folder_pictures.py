@@ -17,12 +17,18 @@ from touchline.store.fields import load_fields
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]
 SIZE = ImageSize(640, 480)
-HALFWAY = FIELD.lines["halfway-line"] if "halfway-line" in FIELD.lines else next(iter(FIELD.lines.values()))
+HALFWAY = (
+    FIELD.lines["halfway-line"]
+    if "halfway-line" in FIELD.lines
+    else next(iter(FIELD.lines.values()))
+)
 
 
 @cache
 def camera(lens: str = "strong", roll_deg: float = 0.0) -> SimCamera:
-    return SimCamera.above(REGION, SIZE, LENSES[lens], height_mm=6500, tilt_deg=4, roll_deg=roll_deg)
+    return SimCamera.above(
+        REGION, SIZE, LENSES[lens], height_mm=6500, tilt_deg=4, roll_deg=roll_deg
+    )
 
 
 @cache
@@ -41,8 +47,17 @@ def clicks(path: Path, seed: int = 0, lens: str = "strong", roll_deg: float = 0.
     observations = [o.to_json() for o in border_observations(seen, REGION, 9, 0.2, rng)]
     inside = line_clicks(seen, HALFWAY, 9, 0.2, rng)[0]
     observations.append({"feature": HALFWAY.name, "kind": "line", "points": inside.tolist()})
-    path.write_text(json.dumps({"field": FIELD.name, "region": "full", "image_size": list(SIZE),
-                                "observations": observations, **more}))
+    path.write_text(
+        json.dumps(
+            {
+                "field": FIELD.name,
+                "region": "full",
+                "image_size": list(SIZE),
+                "observations": observations,
+                **more,
+            }
+        )
+    )
     return path
 
 

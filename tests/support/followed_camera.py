@@ -11,7 +11,13 @@ URL = "sim://table?size=480x384&fps=20&robots=3"
 def task(**more):
     """A request for a calibration by clicks on its lines."""
     observations = [dict(o) for o in calibrated(URL, "brown-conrady").observations]
-    return {"field": "table", "region": "full", "model": "brown-conrady", "observations": observations, **more}
+    return {
+        "field": "table",
+        "region": "full",
+        "model": "brown-conrady",
+        "observations": observations,
+        **more,
+    }
 
 
 class Followed:
@@ -44,4 +50,7 @@ class Followed:
         return answer.json()["id"]
 
     def set_on(self, **controls):
-        assert self.client.patch(f"{self.path}/controls", json={"controls": controls}).status_code == 200
+        assert (
+            self.client.patch(f"{self.path}/controls", json={"controls": controls}).status_code
+            == 200
+        )

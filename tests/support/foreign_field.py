@@ -18,21 +18,47 @@ SPEC = SceneSpec(3, NAME, "full", "mild", (1224, 1024), 5500.0, 10.0, 0.0, 3.0, 
 def foreign_field(is_round: bool = True) -> Field:
     """Return the field. is_round: whether it has a centre circle."""
     x, y = LENGTH_MM / 2, WIDTH_MM / 2
-    (deep, wide), lines = AREA_MM, {
-        "touch-line-top": ((-x, y), (x, y)), "touch-line-bottom": ((-x, -y), (x, -y)),
-        "goal-line-left": ((-x, -y), (-x, y)), "goal-line-right": ((x, -y), (x, y)),
-        "halfway-line": ((0, -y), (0, y))}
+    (deep, wide), lines = (
+        AREA_MM,
+        {
+            "touch-line-top": ((-x, y), (x, y)),
+            "touch-line-bottom": ((-x, -y), (x, -y)),
+            "goal-line-left": ((-x, -y), (-x, y)),
+            "goal-line-right": ((x, -y), (x, y)),
+            "halfway-line": ((0, -y), (0, y)),
+        },
+    )
     for side, sign in (("left", -1), ("right", 1)):
         near, far = sign * x, sign * (x - deep)
-        lines |= {f"goal-area-{side}-front": ((far, -wide), (far, wide)),
-                  f"goal-area-{side}-top": ((near, wide), (far, wide)),
-                  f"goal-area-{side}-bottom": ((near, -wide), (far, -wide))}
-    circle = {"name": "centre-circle", "centre": [0, 0], "radius_mm": RADIUS_MM, "start_deg": 0, "end_deg": 360,
-              "width_mm": 30}
-    return field_from_json({
-        "name": NAME, "length_mm": LENGTH_MM, "width_mm": WIDTH_MM, "arcs": [circle] if is_round else [],
-        "lines": [{"name": name, "from": start, "to": end, "width_mm": 30} for name, (start, end) in lines.items()],
-        "regions": {"full": {"x": [-x, x], "y": [-y, y]}, "half-left": {"x": [-x, 0], "y": [-y, y]}}})
+        lines |= {
+            f"goal-area-{side}-front": ((far, -wide), (far, wide)),
+            f"goal-area-{side}-top": ((near, wide), (far, wide)),
+            f"goal-area-{side}-bottom": ((near, -wide), (far, -wide)),
+        }
+    circle = {
+        "name": "centre-circle",
+        "centre": [0, 0],
+        "radius_mm": RADIUS_MM,
+        "start_deg": 0,
+        "end_deg": 360,
+        "width_mm": 30,
+    }
+    return field_from_json(
+        {
+            "name": NAME,
+            "length_mm": LENGTH_MM,
+            "width_mm": WIDTH_MM,
+            "arcs": [circle] if is_round else [],
+            "lines": [
+                {"name": name, "from": start, "to": end, "width_mm": 30}
+                for name, (start, end) in lines.items()
+            ],
+            "regions": {
+                "full": {"x": [-x, x], "y": [-y, y]},
+                "half-left": {"x": [-x, 0], "y": [-y, y]},
+            },
+        }
+    )
 
 
 @cache

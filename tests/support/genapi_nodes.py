@@ -27,7 +27,9 @@ class GenApiNodes:
     def set(self, name: str, value: Any) -> None:
         node = getattr(self._map, name, None)
         if node is None:
-            raise BadInput(f"The camera has no setting {name}.", "Use another setting.", reason="bad-control")
+            raise BadInput(
+                f"The camera has no setting {name}.", "Use another setting.", reason="bad-control"
+            )
         try:
             if isinstance(node, genapi.ICommand):
                 node.execute()
@@ -35,8 +37,11 @@ class GenApiNodes:
                 node.value = value
         except (genapi.GenericException, TypeError, OverflowError) as error:
             said = " ".join(str(error).split(" : ")[0].split())[:200]
-            raise BadInput(f"The camera refuses {name} = {value}.", f"Camera message: {said.rstrip('.')}.",
-                           reason="bad-control") from None
+            raise BadInput(
+                f"The camera refuses {name} = {value}.",
+                f"Camera message: {said.rstrip('.')}.",
+                reason="bad-control",
+            ) from None
 
 
 def _described(node: Any, writable: bool) -> Node | None:
@@ -46,7 +51,9 @@ def _described(node: Any, writable: bool) -> Node | None:
     if isinstance(node, genapi.IBoolean):
         return Node("bool", node.value, writable)
     if isinstance(node, genapi.IInteger):
-        return Node("int", node.value, writable, finite_range(node.min, node.max), node.inc, node.unit)
+        return Node(
+            "int", node.value, writable, finite_range(node.min, node.max), node.inc, node.unit
+        )
     if isinstance(node, genapi.IFloat):
         return Node("float", node.value, writable, finite_range(node.min, node.max), 0.0, node.unit)
     return None

@@ -22,8 +22,12 @@ def free_group() -> dict:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("", 0))
         port = probe.getsockname()[1]
-    return {"group": f"239.255.{random.randrange(256)}.{random.randrange(1, 255)}", "port": port, "interface": LO,
-            "ttl": 0}
+    return {
+        "group": f"239.255.{random.randrange(256)}.{random.randrange(1, 255)}",
+        "port": port,
+        "interface": LO,
+        "ttl": 0,
+    }
 
 
 class Listener:
@@ -35,8 +39,11 @@ class Listener:
         self._socket.setsockopt(socket.IPPROTO_IP, IP_RECVTTL, 1)
         self._socket.setsockopt(socket.IPPROTO_IP, IP_PKTINFO, 1)
         self._socket.bind((group, port))
-        self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                                socket.inet_aton(group) + socket.inet_aton(interface))
+        self._socket.setsockopt(
+            socket.IPPROTO_IP,
+            socket.IP_ADD_MEMBERSHIP,
+            socket.inet_aton(group) + socket.inet_aton(interface),
+        )
 
     def receive(self, seconds: float = 20.0) -> Came | None:
         """The next packet."""
@@ -46,8 +53,12 @@ class Listener:
         except TimeoutError:
             return None
         about = {kind: value for level, kind, value in told if level == socket.IPPROTO_IP}
-        return Came(data, struct.unpack("i", about[IP_TTL])[0],
-                    socket.if_indextoname(struct.unpack_from("i", about[IP_PKTINFO])[0]), sender)
+        return Came(
+            data,
+            struct.unpack("i", about[IP_TTL])[0],
+            socket.if_indextoname(struct.unpack_from("i", about[IP_PKTINFO])[0]),
+            sender,
+        )
 
     def hear_until(self, wanted, seconds: float = 20.0) -> Came:
         """The first packet that is wanted."""
@@ -67,7 +78,14 @@ class Listener:
         self.close()
 
 
-def said(packet: bytes, group: str, port: int, interface: str = LO, sock: socket.socket | None = None, **_) -> int:
+def said(
+    packet: bytes,
+    group: str,
+    port: int,
+    interface: str = LO,
+    sock: socket.socket | None = None,
+    **_,
+) -> int:
     """A stranger's packet; the port it came from. sock: a socket of the stranger's own, to be used again."""
     out = sock or socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))

@@ -22,13 +22,19 @@ class GstCamera:
     """Starts one with the codec and waits until it serves; .url is where."""
 
     def __init__(self, codec: str, gop: int = 25) -> None:
-        self._process = subprocess.Popen([PYTHON, __file__, codec, str(gop)], stdin=subprocess.PIPE,
-                                         stdout=subprocess.PIPE, text=True)
+        self._process = subprocess.Popen(
+            [PYTHON, __file__, codec, str(gop)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         assert self._process.stdin is not None and self._process.stdout is not None
         self._orders, self._answers = self._process.stdin, self._process.stdout
         port = self._answers.readline().strip()
         if not port:
-            raise RuntimeError("GStreamer's RTSP server does not start; install what tests/support/gst_camera.py names")
+            raise RuntimeError(
+                "GStreamer's RTSP server does not start; install what tests/support/gst_camera.py names"
+            )
         self.url = f"rtsp://127.0.0.1:{port}/cam"
 
     def resize(self, width: int, height: int) -> None:
@@ -45,12 +51,16 @@ class GstCamera:
 def installed() -> bool:
     """Whether the packages are here."""
     ask = "import gi; gi.require_version('GstRtspServer', '1.0'); from gi.repository import GstRtspServer"
-    return bool(shutil.which(PYTHON)) and Path(PYTHON).exists() \
+    return (
+        bool(shutil.which(PYTHON))
+        and Path(PYTHON).exists()
         and subprocess.run([PYTHON, "-c", ask], capture_output=True).returncode == 0
+    )
 
 
 def main(codec: str, gop: str) -> None:
     import gi
+
     gi.require_version("Gst", "1.0")
     gi.require_version("GstRtspServer", "1.0")
     from gi.repository import GLib, Gst, GstRtspServer
@@ -60,9 +70,12 @@ def main(codec: str, gop: str) -> None:
     server.set_address("127.0.0.1")
     server.set_service("0")
     factory = GstRtspServer.RTSPMediaFactory()
-    factory.set_launch("( videotestsrc is-live=true pattern=smpte ! videoscale ! "
-                       "capsfilter name=size caps=video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! "
-                       + ENCODERS[codec].format(gop=gop) + " name=pay0 pt=96 )")
+    factory.set_launch(
+        "( videotestsrc is-live=true pattern=smpte ! videoscale ! "
+        "capsfilter name=size caps=video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! "
+        + ENCODERS[codec].format(gop=gop)
+        + " name=pay0 pt=96 )"
+    )
     factory.set_shared(True)
     now: list[Gst.Caps] = []
     filters: list[Gst.Element] = []
@@ -79,7 +92,11 @@ def main(codec: str, gop: str) -> None:
 
     def told(channel, _condition) -> bool:
         width, height = channel.readline().split("x")
-        now.append(Gst.Caps.from_string(f"video/x-raw,format=I420,width={width},height={int(height)},framerate=25/1"))
+        now.append(
+            Gst.Caps.from_string(
+                f"video/x-raw,format=I420,width={width},height={int(height)},framerate=25/1"
+            )
+        )
         for one in filters:
             one.set_property("caps", now[-1])
         return True

@@ -18,8 +18,12 @@ from touchline.core.geometry import ImageSize
 from touchline.core.records import Observation, Observations
 from touchline.models.ray_camera import RayCamera
 
-VIEWS = {"from above": ("full", (0.0, 6.0)), "oblique": ("full", (15.0, 30.0)), "half": ("half-left", (0.0, 20.0)),
-         "quarter": ("quarter-top-left", (0.0, 20.0))}
+VIEWS = {
+    "from above": ("full", (0.0, 6.0)),
+    "oblique": ("full", (15.0, 30.0)),
+    "half": ("half-left", (0.0, 20.0)),
+    "quarter": ("quarter-top-left", (0.0, 20.0)),
+}
 POINTS = ("clicks", "detected")
 CLICKS, CLICK_PX = 9, 0.3
 INSIDE_LINES, INSIDE_CLICKS = 6, 3
@@ -49,7 +53,9 @@ class HeightScene:
     def height_mm(self) -> float:
         return float(self.camera.position_mm[2])
 
-    def height_option(self, factor: float = 1.0, off_mm: float = 0.0, sigma_mm: float = 30.0) -> dict[str, object]:
+    def height_option(
+        self, factor: float = 1.0, off_mm: float = 0.0, sigma_mm: float = 30.0
+    ) -> dict[str, object]:
         """Return the option of a height that is off."""
         return {"height_mm": {"value": self.height_mm * factor + off_mm, "sigma": sigma_mm}}
 
@@ -67,21 +73,41 @@ class HeightScene:
         return np.column_stack([x.ravel(), y.ravel()])
 
 
-def height_scene(seed: int, view: str, points: str, paint_mm: float = PAINT_MM, **fixed: object) -> HeightScene:
+def height_scene(
+    seed: int, view: str, points: str, paint_mm: float = PAINT_MM, **fixed: object
+) -> HeightScene:
     """Return the scene of a seed. fixed: members of SceneSpec that are not drawn."""
     rng = np.random.default_rng([seed, 11])
     region_name, tilts = VIEWS[view]
-    spec = scene_spec(seed, **{"field": "ssl-div-b", "region": region_name, "size": SIZE, "mirrored": False,
-                               "tilt_deg": float(rng.uniform(*tilts)), **fixed})
+    spec = scene_spec(
+        seed,
+        **{
+            "field": "ssl-div-b",
+            "region": region_name,
+            "size": SIZE,
+            "mirrored": False,
+            "tilt_deg": float(rng.uniform(*tilts)),
+            **fixed,
+        },
+    )
     camera, field = camera_of(spec), fields()[spec.field]
     region = field.region(region_name)
-    as_painted: dict[str, Line | Arc] = {m.name: m for m in painted(field, PaintErrors(paint_mm), rng).markings}
+    as_painted: dict[str, Line | Arc] = {
+        m.name: m for m in painted(field, PaintErrors(paint_mm), rng).markings
+    }
     if points == "clicks":
-        borders = {name: _painted_border(name, region, field, as_painted, rng, paint_mm) for name in BORDERS}
-        observations = [_clicked(camera, name, border, CLICKS, rng, region) for name, border in borders.items()]
+        borders = {
+            name: _painted_border(name, region, field, as_painted, rng, paint_mm)
+            for name in BORDERS
+        }
+        observations = [
+            _clicked(camera, name, border, CLICKS, rng, region) for name, border in borders.items()
+        ]
         inside = [m for m in as_painted.values() if isinstance(m, Arc) or not _on_border(m, region)]
-        found = [_clicked(camera, m.name, m, INSIDE_CLICKS, rng, region)
-                 for m in (inside[i] for i in rng.permutation(len(inside)))]
+        found = [
+            _clicked(camera, m.name, m, INSIDE_CLICKS, rng, region)
+            for m in (inside[i] for i in rng.permutation(len(inside)))
+        ]
         observations += [o for o in found if o is not None][:INSIDE_LINES]
     else:
         seen = {name: _seen(camera, m, region) for name, m in as_painted.items()}
@@ -91,8 +117,13 @@ def height_scene(seed: int, view: str, points: str, paint_mm: float = PAINT_MM, 
             count = round(DETECTED * len(pixels) / total)
             if count >= 3:
                 chosen = pixels[np.linspace(0, len(pixels) - 1, count).astype(int)]
-                observations.append(Observation(field.observed_name(name, region), "line",
-                                                chosen + rng.normal(0, DETECTED_PX, chosen.shape)))
+                observations.append(
+                    Observation(
+                        field.observed_name(name, region),
+                        "line",
+                        chosen + rng.normal(0, DETECTED_PX, chosen.shape),
+                    )
+                )
     return HeightScene(camera, field, region, tuple(o for o in observations if o is not None))
 
 
@@ -105,8 +136,11 @@ def _painted_border(name, region, field, as_painted, rng, paint_mm):
 
 
 def _on_border(line, region) -> bool:
-    return any(np.allclose(np.array([line.start, line.end])[:, k], edge, atol=50)
-               for k, edges in ((0, region.x_mm), (1, region.y_mm)) for edge in edges)
+    return any(
+        np.allclose(np.array([line.start, line.end])[:, k], edge, atol=50)
+        for k, edges in ((0, region.x_mm), (1, region.y_mm))
+        for edge in edges
+    )
 
 
 def _seen(camera, marking, region) -> np.ndarray:

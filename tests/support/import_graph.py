@@ -10,7 +10,9 @@ def python_modules(folder: Path) -> dict[str, ast.Module]:
     found = {}
     for path in sorted(folder.rglob("*.py")):
         parts = path.relative_to(folder.parent).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = ast.parse(path.read_text(), str(path))
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = ast.parse(
+            path.read_text(), str(path)
+        )
     return found
 
 
@@ -26,10 +28,14 @@ def imported_names(tree: ast.Module) -> Iterator[tuple[str, int]]:
 
 def python_graph(modules: Mapping[str, ast.Module]) -> dict[str, set[str]]:
     """The modules that each one imports, of those given."""
+
     def target(name: str) -> str:
         return name if name in modules else name.rpartition(".")[0]
-    return {module: {target(name) for name, _ in imported_names(tree)} & modules.keys() - {module}
-            for module, tree in modules.items()}
+
+    return {
+        module: {target(name) for name, _ in imported_names(tree)} & modules.keys() - {module}
+        for module, tree in modules.items()
+    }
 
 
 def circles(graph: Mapping) -> list[list]:
@@ -48,8 +54,8 @@ def circles(graph: Mapping) -> list[list]:
             if other in stack:
                 low[node] = min(low[node], low[other])
         if low[node] == index[node]:
-            component = stack[stack.index(node):]
-            del stack[stack.index(node):]
+            component = stack[stack.index(node) :]
+            del stack[stack.index(node) :]
             if len(component) > 1:
                 found.append(sorted(component))
 

@@ -69,8 +69,12 @@ class GvCamera:
 
     def start(self) -> None:
         _wait_for_port()
-        self._process = subprocess.Popen([GV_CAMERA, "-i", "127.0.0.1", "-s", self.SERIAL, *self._options],
-                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=_end_with_us)
+        self._process = subprocess.Popen(
+            [GV_CAMERA, "-i", "127.0.0.1", "-s", self.SERIAL, *self._options],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            preexec_fn=_end_with_us,
+        )
         with closing(opened("aravis://127.0.0.1?fps=200")) as camera:
             # it sends a picture at one go: small ones fit into any socket's buffer
             for side in ("width", "height"):
@@ -101,7 +105,9 @@ def _wait_for_port(patience_s: float = 60.0) -> None:
             try:
                 return line.bind(("127.0.0.1", aravis_source.PORT))
             except OSError:
-                assert time.monotonic() < until, f"another camera listens on 127.0.0.1:{aravis_source.PORT} already"
+                assert time.monotonic() < until, (
+                    f"another camera listens on 127.0.0.1:{aravis_source.PORT} already"
+                )
         time.sleep(0.2)
 
 
@@ -112,4 +118,7 @@ def _end_with_us() -> None:
 
 def held() -> dict[str, int]:
     """What this process holds of the machine: open files and threads."""
-    return {"files": len(os.listdir("/proc/self/fd")), "threads": len(os.listdir("/proc/self/task"))}
+    return {
+        "files": len(os.listdir("/proc/self/fd")),
+        "threads": len(os.listdir("/proc/self/task")),
+    }

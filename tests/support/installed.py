@@ -34,8 +34,11 @@ def installed_python() -> Path:
 
 def clean_environment() -> dict[str, str]:
     """Return the variables of this process without those that lead Python to other packages, and without settings."""
-    return {name: value for name, value in os.environ.items()
-            if not name.startswith(("PYTHON", "VIRTUAL_ENV", "TOUCHLINE_"))}
+    return {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("PYTHON", "VIRTUAL_ENV", "TOUCHLINE_"))
+    }
 
 
 @contextmanager
@@ -57,7 +60,16 @@ def _install() -> Path:
         digest = hashlib.sha256(wheel.read_bytes()).hexdigest()
         if stamp.is_file() and stamp.read_text() == digest:
             return python
-        pip = (python_with_pip(), "-m", "pip", "--python", python, "install", "--quiet", "--disable-pip-version-check")
+        pip = (
+            python_with_pip(),
+            "-m",
+            "pip",
+            "--python",
+            python,
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+        )
         if stamp.is_file():
             stamp.unlink()
             _run(*pip, "--no-deps", "--force-reinstall", wheel)
@@ -78,7 +90,16 @@ def generator_python() -> Path:
         if not (GENERATOR / "COMPLETE").is_file():
             shutil.rmtree(GENERATOR, ignore_errors=True)
             _run(sys.executable, "-m", "venv", "--without-pip", GENERATOR)
-            _run(python_with_pip(), "-m", "pip", "--python", python, "install", "--quiet", *GENERATOR_NEEDS)
+            _run(
+                python_with_pip(),
+                "-m",
+                "pip",
+                "--python",
+                python,
+                "install",
+                "--quiet",
+                *GENERATOR_NEEDS,
+            )
             (GENERATOR / "COMPLETE").touch()
     return python
 
@@ -86,7 +107,11 @@ def generator_python() -> Path:
 def python_with_pip() -> Path:
     """Return a Python that has pip: the one that the environment of the tests was made with, or that environment's."""
     for python in (Path(sys.base_prefix, "bin", "python3"), Path(sys.executable)):
-        if python.exists() and subprocess.run([python, "-m", "pip", "--version"], capture_output=True).returncode == 0:
+        if (
+            python.exists()
+            and subprocess.run([python, "-m", "pip", "--version"], capture_output=True).returncode
+            == 0
+        ):
             return python
     raise AssertionError("pip is missing: install the package python3-pip")
 

@@ -49,12 +49,16 @@ def read_set(path: Path) -> dict:
 
 
 def there(labels: dict) -> bool:
-    return all((DATA / entry["picture"]).is_file() for part in ("learn", "test") for entry in labels[part])
+    return all(
+        (DATA / entry["picture"]).is_file() for part in ("learn", "test") for entry in labels[part]
+    )
 
 
 def picture(entry: dict) -> np.ndarray:
     path = DATA / entry["picture"]
-    assert hashlib.sha256(path.read_bytes()).hexdigest()[:16] == entry["sha256"], f"{path.name} is another picture"
+    assert hashlib.sha256(path.read_bytes()).hexdigest()[:16] == entry["sha256"], (
+        f"{path.name} is another picture"
+    )
     if "frame" not in entry:
         still = cv2.imread(str(path))
         assert still is not None
@@ -67,7 +71,10 @@ def picture(entry: dict) -> np.ndarray:
 
 
 def sight_for(labels: dict) -> StagePipeline:
-    clicks = [(picture(e), {c: [tuple(p) for p in e[c]] for c in COLOURS if c in e}) for e in labels["learn"]]
+    clicks = [
+        (picture(e), {c: [tuple(p) for p in e[c]] for c in COLOURS if c in e})
+        for e in labels["learn"]
+    ]
     profile = learn_profile("labelled", clicks)
     size = ImageSize(*picture(labels["test"][0]).shape[1::-1])
     within = np.zeros((size.height, size.width), np.uint8)
@@ -77,15 +84,22 @@ def sight_for(labels: dict) -> StagePipeline:
         if stage["stage"] == "colours":
             stage["everywhere"] = ["orange", *labels["teams"]]
         if stage["stage"] == "markers":
-            stage |= {"teams": list(labels["teams"]), "most_mm2": labels.get("most_mm2", stage["most_mm2"])}
+            stage |= {
+                "teams": list(labels["teams"]),
+                "most_mm2": labels.get("most_mm2", stage["most_mm2"]),
+            }
     locator = FieldLocator.flat(size, labels["mm_per_px"])
-    return StagePipeline(StageConfig.from_json(plan),
-                         StageContext(size, profile, locator, 60.0, labels["ball_radius_mm"], within))
+    return StagePipeline(
+        StageConfig.from_json(plan),
+        StageContext(size, profile, locator, 60.0, labels["ball_radius_mm"], within),
+    )
 
 
 def tallies(labels: dict) -> dict[str, Tally]:
     """By "ball" and each team's colour, over all frames that are tested."""
-    kinds = {"ball": "orange"} | ({} if labels.get("only_ball") else {team: team for team in labels["teams"]})
+    kinds = {"ball": "orange"} | (
+        {} if labels.get("only_ball") else {team: team for team in labels["teams"]}
+    )
     found = {kind: Tally() for kind in kinds}
     sight = sight_for(labels)
     for entry in labels["test"]:
@@ -93,8 +107,18 @@ def tallies(labels: dict) -> dict[str, Tally]:
         # knows no frame before it
         seen = StagePipeline(sight.config, sight.context).process(pixels).detections.items
         for kind, colour in kinds.items():
-            told = [d.pixel for d in seen if (d.kind == "ball") == (kind == "ball") and d.team in (kind, None)]
-            _match(found[kind], told, entry.get(colour, []), labels["match_px"], entry.get("ignore", []))
+            told = [
+                d.pixel
+                for d in seen
+                if (d.kind == "ball") == (kind == "ball") and d.team in (kind, None)
+            ]
+            _match(
+                found[kind],
+                told,
+                entry.get(colour, []),
+                labels["match_px"],
+                entry.get("ignore", []),
+            )
     return found
 
 

@@ -1,6 +1,6 @@
 """touchline, every answer of whose API comes late by a random time: races of the page, and of its tests, show.
 
-    TOUCHLINE_LATE_MS=500 .venv/bin/python -m pytest tests/e2e     half as long again, at least
+TOUCHLINE_LATE_MS=500 .venv/bin/python -m pytest tests/e2e     half as long again, at least
 """
 
 import asyncio

@@ -21,16 +21,35 @@ def lines_of(program: str, division: str) -> list[tuple[str, float, float, float
     """Name, from x, from y, to x, to y of every line, in the program's order and from the end where it begins."""
     length, width, _, depth, across, _ = SIZES[division]
     h, w, p, q = length / 2, width / 2, length / 2 - depth, across / 2
-    outer = [("TopTouchLine", -h, w, h, w), ("BottomTouchLine", -h, -w, h, -w), ("LeftGoalLine", -h, -w, -h, w),
-             ("RightGoalLine", h, -w, h, w), ("HalfwayLine", 0, -w, 0, w)]
+    outer = [
+        ("TopTouchLine", -h, w, h, w),
+        ("BottomTouchLine", -h, -w, h, -w),
+        ("LeftGoalLine", -h, -w, -h, w),
+        ("RightGoalLine", h, -w, h, w),
+        ("HalfwayLine", 0, -w, 0, w),
+    ]
     middle = ("CenterLine", -h, 0, h, 0)
-    fronts = [("LeftPenaltyStretch", -p, -q, -p, q), ("RightPenaltyStretch", p, -q, p, q),
-              ("LeftFieldLeftPenaltyStretch", -h, -q, -p, -q), ("LeftFieldRightPenaltyStretch", -h, q, -p, q)]
+    fronts = [
+        ("LeftPenaltyStretch", -p, -q, -p, q),
+        ("RightPenaltyStretch", p, -q, p, q),
+        ("LeftFieldLeftPenaltyStretch", -h, -q, -p, -q),
+        ("LeftFieldRightPenaltyStretch", -h, q, -p, q),
+    ]
     if program == "ssl-vision":
-        return [*outer, *fronts, ("RightFieldRightPenaltyStretch", h, -q, p, -q),
-                ("RightFieldLeftPenaltyStretch", h, q, p, q), middle]
-    return [*outer, middle, *fronts, ("RightFieldLeftPenaltyStretch", p, q, h, q),
-            ("RightFieldRightPenaltyStretch", p, -q, h, -q)]
+        return [
+            *outer,
+            *fronts,
+            ("RightFieldRightPenaltyStretch", h, -q, p, -q),
+            ("RightFieldLeftPenaltyStretch", h, q, p, q),
+            middle,
+        ]
+    return [
+        *outer,
+        middle,
+        *fronts,
+        ("RightFieldLeftPenaltyStretch", p, q, h, q),
+        ("RightFieldRightPenaltyStretch", p, -q, h, -q),
+    ]
 
 
 def packet_of(program: str, division: str, without: tuple[str, ...] = ()):
@@ -40,23 +59,45 @@ def packet_of(program: str, division: str, without: tuple[str, ...] = ()):
     packet = listener.Packet(source=PROGRAMS.index(program) + 2)
     field = packet.geometry.field
     for name, value in {
-            "field_length": length, "field_width": width, "goal_width": goal, "goal_depth": 180, "boundary_width": 300,
-            "penalty_area_depth": depth, "penalty_area_width": across, "center_circle_radius": 500,
-            "line_thickness": 10, "goal_center_to_penalty_mark": mark, "goal_height": 160 if is_processor else 155,
-            "ball_radius": 21.5, "max_robot_radius": 90.0, "boundary_width_goal_line": 300 if is_processor else 600,
-            "goal_substitution_area_width": 0 if is_processor else 300}.items():
+        "field_length": length,
+        "field_width": width,
+        "goal_width": goal,
+        "goal_depth": 180,
+        "boundary_width": 300,
+        "penalty_area_depth": depth,
+        "penalty_area_width": across,
+        "center_circle_radius": 500,
+        "line_thickness": 10,
+        "goal_center_to_penalty_mark": mark,
+        "goal_height": 160 if is_processor else 155,
+        "ball_radius": 21.5,
+        "max_robot_radius": 90.0,
+        "boundary_width_goal_line": 300 if is_processor else 600,
+        "goal_substitution_area_width": 0 if is_processor else 300,
+    }.items():
         setattr(field, name, value)
-    types = listener.CLASSES["SSL_FieldLineSegment"].DESCRIPTOR.fields_by_name["type"].enum_type.values_by_name
+    types = (
+        listener.CLASSES["SSL_FieldLineSegment"]
+        .DESCRIPTOR.fields_by_name["type"]
+        .enum_type.values_by_name
+    )
     for name, *ends in lines_of(program, division):
         if name not in without:
-            line = field.field_lines.add(name=name, thickness=10.0, type=types[f"SSL_FieldShapeType_{name}"].number)
+            line = field.field_lines.add(
+                name=name, thickness=10.0, type=types[f"SSL_FieldShapeType_{name}"].number
+            )
             line.p1.x, line.p1.y, line.p2.x, line.p2.y = ends
-    arc = field.field_arcs.add(name="CenterCircle", radius=500.0, a1=0.0, a2=math.tau, thickness=10.0, type=1)
+    arc = field.field_arcs.add(
+        name="CenterCircle", radius=500.0, a1=0.0, a2=math.tau, thickness=10.0, type=1
+    )
     arc.center.x = arc.center.y = 0.0
     models = packet.geometry.models
     models.straight_two_phase.acc_slide, models.straight_two_phase.acc_roll = -3.4, -0.45
     models.straight_two_phase.k_switch = 0.64
-    models.chip_fixed_loss.damping_xy_first_hop, models.chip_fixed_loss.damping_xy_other_hops = 0.55, 0.88
+    models.chip_fixed_loss.damping_xy_first_hop, models.chip_fixed_loss.damping_xy_other_hops = (
+        0.55,
+        0.88,
+    )
     models.chip_fixed_loss.damping_z = 0.54
     return packet
 
@@ -66,23 +107,34 @@ def ssl_vision_image2field(calib, pixels, z_mm: float = 0.0) -> np.ndarray:
     plane = (pixels - (calib.principal_point_x, calib.principal_point_y)) / calib.focal_length
     radius = np.linalg.norm(plane, axis=1, keepdims=True)
     plane = plane / np.where(radius > 0, radius, 1) * (radius * (1 + radius**2 * calib.distortion))
-    return _on_plane(_matrix(calib, np.float64), plane, np.array([calib.tx, calib.ty, calib.tz]), z_mm)
+    return _on_plane(
+        _matrix(calib, np.float64), plane, np.array([calib.tx, calib.ty, calib.tz]), z_mm
+    )
 
 
 def vision_processor_image2field(calib, pixels, z_mm: float = 0.0) -> np.ndarray:
     """The same by vision-processor's: floats of four bytes throughout."""
     f = np.float32
-    plane = (pixels.astype(f) - np.array([calib.principal_point_x, calib.principal_point_y], f)) / f(calib.focal_length)
-    plane = plane * (f(1) + f(calib.distortion) * np.sum(plane * plane, axis=1, keepdims=True, dtype=f))
+    plane = (
+        pixels.astype(f) - np.array([calib.principal_point_x, calib.principal_point_y], f)
+    ) / f(calib.focal_length)
+    plane = plane * (
+        f(1) + f(calib.distortion) * np.sum(plane * plane, axis=1, keepdims=True, dtype=f)
+    )
     return _on_plane(_matrix(calib, f), plane, np.array([calib.tx, calib.ty, calib.tz], f), f(z_mm))
 
 
 def _matrix(calib, kind) -> np.ndarray:
     q = np.array([calib.q0, calib.q1, calib.q2, calib.q3], kind)
     x, y, z, w = q / np.sqrt(np.sum(q * q, dtype=kind))
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]], kind)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ],
+        kind,
+    )
 
 
 def _on_plane(turn, plane, shift, z_mm) -> np.ndarray:

@@ -12,18 +12,24 @@ from tests.support.standing_processes import standing_pids
 from touchline.processes.limits import return_memory
 from touchline.processes.start import REAPER
 
-CACHES = (".", "__pycache__",  # of hatch_build.py, which lies there
-          # the page's libraries and the type checker, fetched by the first test that needs them
-          "build")
+CACHES = (
+    ".",
+    "__pycache__",  # of hatch_build.py, which lies there
+    # the page's libraries and the type checker, fetched by the first test that needs them
+    "build",
+)
 # Dask's, and those of Playwright's loop: as long as Python runs
 OF_LIBRARIES = ("Dask-Callback-Thread", "asyncio_")
 
 
 def leftovers() -> set[str]:
     """Everything that could have been left, each in a few words. Caches, most with a dot before, do not count."""
-    threads = {f"thread {thread.ident}: {thread.name}" for thread in threading.enumerate()
-               # whose process counts itself
-               if not thread.name.startswith((*OF_LIBRARIES, REAPER))}
+    threads = {
+        f"thread {thread.ident}: {thread.name}"
+        for thread in threading.enumerate()
+        # whose process counts itself
+        if not thread.name.startswith((*OF_LIBRARIES, REAPER))
+    }
     files = {f"file {path}" for path in ROOT.iterdir() if not path.name.startswith(CACHES)}
     return _children() | threads | files
 

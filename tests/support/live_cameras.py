@@ -26,8 +26,14 @@ SIM = "sim://table?size=320x256&fps=25&robots=2"
 
 
 def spec(url: str, pictures=None, hosts=("127.0.0.1",)) -> dict:
-    return {"source": url, "fields": FIELD_JSON, "pictures": str(pictures) if pictures else None, "hosts": list(hosts),
-            "limits": asdict(ImageLimits()), "parts": list(camera_parts())}
+    return {
+        "source": url,
+        "fields": FIELD_JSON,
+        "pictures": str(pictures) if pictures else None,
+        "hosts": list(hosts),
+        "limits": asdict(ImageLimits()),
+        "parts": list(camera_parts()),
+    }
 
 
 def pid_of(camera: LiveCamera) -> int | None:
@@ -67,14 +73,22 @@ def capturing(url: str):
         thread.join(LONG_S)
 
 
-def calibrated(url: str, model: str = "polynomial", id: str = "made", region: str = "full") -> Calibration:
+def calibrated(
+    url: str, model: str = "polynomial", id: str = "made", region: str = "full"
+) -> Calibration:
     """A calibration of a simulated camera, from exact points along its borders."""
     source = simulated_source(url, FIELDS)
     field = source.rendering.field
     covered = field.region(region)
-    task = CalibrationRequest(observations=border_observations(source.camera, covered, 9, rng=np.random.default_rng(1)),
-                              field=field, region=covered, image_size=source.camera.image_size, model=model, options={},
-                              camera="test")
+    task = CalibrationRequest(
+        observations=border_observations(source.camera, covered, 9, rng=np.random.default_rng(1)),
+        field=field,
+        region=covered,
+        image_size=source.camera.image_size,
+        model=model,
+        options={},
+        camera="test",
+    )
     source.close()
     made = task.record(task.run(cross_validate=False))
     return Calibration.from_json({**made.to_json(), "id": id})

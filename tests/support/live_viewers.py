@@ -13,8 +13,10 @@ import socket
 import sys
 import time
 
-UPGRADE = ("GET {path} HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-           "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {key}\r\n\r\n")
+UPGRADE = (
+    "GET {path} HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {key}\r\n\r\n"
+)
 PLAIN = "GET {path} HTTP/1.1\r\nHost: {host}:{port}\r\n\r\n"
 SOI = b"\xff\xd8\xff"
 
@@ -47,7 +49,11 @@ def main() -> None:
             frames[ready.data] += buffer[:count].count(SOI)
     took = time.monotonic() - start
     each = sorted(count / took for count in frames.values()) or [0.0]
-    print(json.dumps({"fps_median": each[len(each) // 2], "fps_least": each[0], "mb_s": total / took / 1e6}))
+    print(
+        json.dumps(
+            {"fps_median": each[len(each) // 2], "fps_least": each[0], "mb_s": total / took / 1e6}
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -28,27 +28,43 @@ def manual_picture(shown: Page | Locator, name: str) -> None:
     """
     path = PICTURES / f"{name}.webp"
     if WRITES:
-        path.write_bytes(cv2.imencode(".webp", _taken(shown), [cv2.IMWRITE_WEBP_QUALITY, QUALITY])[1].tobytes())
+        path.write_bytes(
+            cv2.imencode(".webp", _taken(shown), [cv2.IMWRITE_WEBP_QUALITY, QUALITY])[1].tobytes()
+        )
     kept = cv2.imread(str(path))
-    assert kept is not None, f"there is no {path.name}: take it with TOUCHLINE_MANUAL_PICTURES=1, and check it"
-    until(lambda: (f"likeness of {path.name}", likeness(kept, _taken(shown)),
-                   "if the page has changed, take it again with TOUCHLINE_MANUAL_PICTURES=1, and check it"),
-          lambda found: found[1] >= MIN_LIKENESS)
+    assert kept is not None, (
+        f"there is no {path.name}: take it with TOUCHLINE_MANUAL_PICTURES=1, and check it"
+    )
+    until(
+        lambda: (
+            f"likeness of {path.name}",
+            likeness(kept, _taken(shown)),
+            "if the page has changed, take it again with TOUCHLINE_MANUAL_PICTURES=1, and check it",
+        ),
+        lambda found: found[1] >= MIN_LIKENESS,
+    )
 
 
 def _taken(shown: Page | Locator) -> np.ndarray:
     """What is to be seen; of a page without its status bar, which tells of other tests on the same server."""
     taken = cv2.imdecode(np.frombuffer(shown.screenshot(), np.uint8), cv2.IMREAD_COLOR)
     assert taken is not None
-    if isinstance(shown, Page) and (bar := shown.locator("footer:has([data-testid=status])")).count():
+    if (
+        isinstance(shown, Page)
+        and (bar := shown.locator("footer:has([data-testid=status])")).count()
+    ):
         box = bar.bounding_box()
         assert box is not None
-        taken = taken[:round(box["y"])]
+        taken = taken[: round(box["y"])]
     return taken
 
 
 def likeness(first: np.ndarray, second: np.ndarray) -> float:
     """Return the correlation of two pictures' brightness at a coarse size: 1 is the same."""
-    a, b = (cv2.resize(cv2.cvtColor(it, cv2.COLOR_BGR2GRAY), COARSE, interpolation=cv2.INTER_AREA).ravel()
-            for it in (first, second))
+    a, b = (
+        cv2.resize(
+            cv2.cvtColor(it, cv2.COLOR_BGR2GRAY), COARSE, interpolation=cv2.INTER_AREA
+        ).ravel()
+        for it in (first, second)
+    )
     return float(np.corrcoef(a, b)[0, 1])

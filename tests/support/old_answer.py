@@ -30,7 +30,7 @@ class OldAnswer:
 
     def comes(self) -> None:
         """What the page makes of it is there when this returns: nothing may be."""
-        (route, answer), = self._told
+        ((route, answer),) = self._told
         with self._page.expect_response(lambda it: it.request == route.request):
             route.fulfill(response=answer)
         self._page.unroute(self._address)

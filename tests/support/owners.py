@@ -24,8 +24,14 @@ ALLOWED = {("rigs", "drift"), ("fields", "automatic"), ("detection", "league")}
 def owner(module: str, owners: Mapping[str, tuple[str, ...]] = OWNERS) -> str | None:
     """Return the capability of a module, named from the package on; None for the kernel."""
     name = module.removeprefix("touchline.")
-    return next((owner for owner, patterns in owners.items()
-                 if any(fnmatchcase(name, pattern) for pattern in patterns)), None)
+    return next(
+        (
+            owner
+            for owner, patterns in owners.items()
+            if any(fnmatchcase(name, pattern) for pattern in patterns)
+        ),
+        None,
+    )
 
 
 def breaks(graph: Mapping[str, set[str]]) -> Iterator[tuple[str, str]]:

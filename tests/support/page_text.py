@@ -11,21 +11,54 @@ PARSER = tree_sitter.Parser(tree_sitter.Language(tree_sitter_javascript.language
 WORD = re.compile(r"[^\W\d_]{2,}")
 # Stand for themselves in every language.
 UNITS = {"mm", "px", "ms", "min", "kB", "MB", "GB", "Hz", "rms", "Touchline", "id"}
-SHOWN = {"aria-label", "title", "placeholder", "alt", "label", "about", "aria-description", "aria-valuetext",
-         "aria-roledescription"}  # attributes
+SHOWN = {
+    "aria-label",
+    "title",
+    "placeholder",
+    "alt",
+    "label",
+    "about",
+    "aria-description",
+    "aria-valuetext",
+    "aria-roledescription",
+}  # attributes
 # properties
 SAID = {"label", "short", "text", "fix", "title", "sentence", "missing", "placeholder"}
-UNSEEN = {"class", "style", "d", "viewBox", "transform", "points", "data-testid", "href", "key", "sandbox", "font"}
+UNSEEN = {
+    "class",
+    "style",
+    "d",
+    "viewBox",
+    "transform",
+    "points",
+    "data-testid",
+    "href",
+    "key",
+    "sandbox",
+    "font",
+}
 # Two words, or a word with a capital, or the end of a sentence.
 PROSE = re.compile(r"[^\W\d_]{2,}[,;:.]? [^\W\d_]{2,}|^[A-Z][a-z]+\W*$|^[A-Z ].*[a-z][.…?]$")
 # What may be written like a text and is none: programs, queries, addresses; names of keys, headers and errors.
-NAMES = re.compile(r"^(#version .*|\(prefers-.*|\w+://.*|Arrow\w*|Left|Right|Up|Down|Escape|Enter|Tab|Home|End|"
-                   r"Page(Up|Down)|Delete|Backspace|Shift|Control|Alt|Meta|Space|Content-Type|If-Match|Location|Files|"
-                   r"Touchline|[A-Z]\w+Error)$", re.DOTALL)
-SELECTING = re.compile(r"\b(querySelector|querySelectorAll|closest|matches|matchMedia|replace|includes|startsWith)$")
+NAMES = re.compile(
+    r"^(#version .*|\(prefers-.*|\w+://.*|Arrow\w*|Left|Right|Up|Down|Escape|Enter|Tab|Home|End|"
+    r"Page(Up|Down)|Delete|Backspace|Shift|Control|Alt|Meta|Space|Content-Type|If-Match|Location|Files|"
+    r"Touchline|[A-Z]\w+Error)$",
+    re.DOTALL,
+)
+SELECTING = re.compile(
+    r"\b(querySelector|querySelectorAll|closest|matches|matchMedia|replace|includes|startsWith)$"
+)
 COMPARING = {"===", "!==", "in", "<", ">"}
 # What is in them is not shown where they stand.
-OPENING = {"subscript_expression", "member_expression", "arrow_function", "new_expression", "object", "array"}
+OPENING = {
+    "subscript_expression",
+    "member_expression",
+    "arrow_function",
+    "new_expression",
+    "object",
+    "array",
+}
 
 
 @dataclass
@@ -98,7 +131,9 @@ def _place_of(node: tree_sitter.Node, part: str | None, place: str) -> str:
     """Return what a part of an expression is to the reader, where the whole is at a place."""
     if node.type == "pair":
         name = _text(node.child_by_field_name("key")).strip("\"'")
-        return "" if part == "key" else "seen" if name in SAID else "unseen" if name in UNSEEN else ""
+        return (
+            "" if part == "key" else "seen" if name in SAID else "unseen" if name in UNSEEN else ""
+        )
     if node.type == "ternary_expression":
         return "unseen" if part == "condition" else place
     if node.type == "binary_expression":
@@ -124,7 +159,9 @@ def _call(node: tree_sitter.Node) -> Iterator[tuple[int, str]]:
     elif name == "ownWords":  # words of a feature of one file
         return
     elif not SELECTING.search(name):
-        for argument in arguments.children if name not in ("t", "rich") else arguments.named_children[1:]:
+        for argument in (
+            arguments.children if name not in ("t", "rich") else arguments.named_children[1:]
+        ):
             yield from _visit(argument, "")
 
 
@@ -132,7 +169,9 @@ def _markup(template: tree_sitter.Node) -> Iterator[tuple[int, str]]:
     markup = Markup()
     for child in template.children:
         if child.type == "template_substitution":
-            yield from _visit(child, _place_in(markup.attribute if markup.state == "value" else None))
+            yield from _visit(
+                child, _place_in(markup.attribute if markup.state == "value" else None)
+            )
             if markup.state == "value" and not markup.quote:  # the attribute's whole value
                 markup.state, markup.attribute = "tag", ""
         elif child.type == "string_fragment":
@@ -144,7 +183,13 @@ def _markup(template: tree_sitter.Node) -> Iterator[tuple[int, str]]:
 
 
 def _place_in(attribute: str | None) -> str:
-    return "seen" if attribute is None or attribute in SHOWN else "unseen" if attribute in UNSEEN else ""
+    return (
+        "seen"
+        if attribute is None or attribute in SHOWN
+        else "unseen"
+        if attribute in UNSEEN
+        else ""
+    )
 
 
 def _is_seen(text: str, place: str) -> bool:

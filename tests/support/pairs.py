@@ -29,20 +29,45 @@ class Pair:
     clean_b: np.ndarray
 
 
-def simulated(seed: int, *, matches: int = 120, mistakes: float = 0.3, noise_px: float = 0.3, uneven: bool = False,
-              flat: bool = False, k: float = 0.0) -> Pair:
+def simulated(
+    seed: int,
+    *,
+    matches: int = 120,
+    mistakes: float = 0.3,
+    noise_px: float = 0.3,
+    uneven: bool = False,
+    flat: bool = False,
+    k: float = 0.0,
+) -> Pair:
     """Two cameras above one field, tilted towards each other; points up to a metre above the carpet, or flat on it.
 
     uneven: σ differs from match to match by up to e^1.3 either way.
     """
     rng = np.random.default_rng(seed)
-    cameras = [_looking(np.array([side * rng.uniform(1200, 2000), rng.normal(0, 400), rng.uniform(3500, 4500)]),
-                        rng.normal(0, 300, 2), k, rng) for side in (-1, 1)]
-    places = np.column_stack([rng.uniform(-1500, 1500, 2000), rng.uniform(-1200, 1200, 2000),
-                              np.zeros(2000) if flat else rng.uniform(0, 1000, 2000)])
+    cameras = [
+        _looking(
+            np.array([side * rng.uniform(1200, 2000), rng.normal(0, 400), rng.uniform(3500, 4500)]),
+            rng.normal(0, 300, 2),
+            k,
+            rng,
+        )
+        for side in (-1, 1)
+    ]
+    places = np.column_stack(
+        [
+            rng.uniform(-1500, 1500, 2000),
+            rng.uniform(-1200, 1200, 2000),
+            np.zeros(2000) if flat else rng.uniform(0, 1000, 2000),
+        ]
+    )
     pixels = [c.project(places) for c in cameras]
-    seen = np.all([np.isfinite(p).all(axis=1) & (p > 0).all(axis=1) & (p < [1280, 1024]).all(axis=1) for p in pixels],
-                  axis=0)
+    seen = np.all(
+        [
+            np.isfinite(p).all(axis=1) & (p > 0).all(axis=1) & (p < [1280, 1024]).all(axis=1)
+            for p in pixels
+        ],
+        axis=0,
+    )
     a, b = (p[seen] for p in pixels)
     spread = noise_px * (np.exp(rng.uniform(-1.3, 1.3, (matches, 1))) if uneven else 1.0)
     noisy = [p[:matches] + rng.normal(0, 1, (matches, 2)) * spread for p in (a, b)]
@@ -57,37 +82,59 @@ def _looking(position: np.ndarray, at: np.ndarray, k: float, rng: np.random.Gene
     right = np.cross(ahead, [np.sin(0.1 * rng.normal()), 1.0, 0.0])
     right /= np.linalg.norm(right)
     rotation = np.stack([right, np.cross(ahead, right), ahead])
-    return Division(**{**next(example_parameters()), "lens_terms": (k,), "position_mm": as_triple(position),
-                       "rotation": as_triple(vector_from_matrix(rotation))})
+    return Division(
+        **{
+            **next(example_parameters()),
+            "lens_terms": (k,),
+            "position_mm": as_triple(position),
+            "rotation": as_triple(vector_from_matrix(rotation)),
+        }
+    )
 
 
 def ideal(pair: Pair, which: str) -> tuple[np.ndarray, np.ndarray]:
     """Matches ("" or "clean_") without the lenses."""
-    return (ideal_px(pair.camera_a, getattr(pair, f"{which}a")), ideal_px(pair.camera_b, getattr(pair, f"{which}b")))
+    return (
+        ideal_px(pair.camera_a, getattr(pair, f"{which}a")),
+        ideal_px(pair.camera_b, getattr(pair, f"{which}b")),
+    )
 
 
-def labelled_matches(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def labelled_matches(
+    name: str,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Detected matches a, b of a kusvod2 pair, whether each was clicked by hand, and the hand-clicked a, b again."""
     table = np.loadtxt(KUSVOD2 / f"{name}_pts.txt")
     by_hand = _matrix_of_six_rows((KUSVOD2 / f"{name}_vpts.mat").read_bytes()).T
-    return (table[:, :2], table[:, 3:5], table[:, 6].astype(bool),
-            by_hand[:, :2] / by_hand[:, 2:3], by_hand[:, 3:5] / by_hand[:, 5:])
+    return (
+        table[:, :2],
+        table[:, 3:5],
+        table[:, 6].astype(bool),
+        by_hand[:, :2] / by_hand[:, 2:3],
+        by_hand[:, 3:5] / by_hand[:, 5:],
+    )
 
 
 def _matrix_of_six_rows(data: bytes) -> np.ndarray:
     """The 6 × N matrix of doubles in a MATLAB 5 file, by its element header: nothing else in these files is like it."""
     place = 128
     while place + 8 <= len(data):  # compressed elements, one after the other
-        size = int.from_bytes(data[place + 4:place + 8], "little")
-        inner = zlib.decompress(data[place + 8:place + 8 + size])
+        size = int.from_bytes(data[place + 4 : place + 8], "little")
+        inner = zlib.decompress(data[place + 8 : place + 8 + size])
         for at in range(0, len(inner) - 24, 4):
-            kind, rows, columns = (int.from_bytes(inner[at + i:at + i + 4], "little") for i in (0, 8, 12))
+            kind, rows, columns = (
+                int.from_bytes(inner[at + i : at + i + 4], "little") for i in (0, 8, 12)
+            )
             # dimensions: int32, 8 bytes, then name, then doubles
             if kind == 5 and rows == 6 and 4 < columns < 100:
                 name = at + 16
-                small = int.from_bytes(inner[name + 2:name + 4], "little")
-                values = name + 8 if small or not int.from_bytes(inner[name + 4:name + 8], "little") else name + 16
-                count = int.from_bytes(inner[values + 4:values + 8], "little") // 8
+                small = int.from_bytes(inner[name + 2 : name + 4], "little")
+                values = (
+                    name + 8
+                    if small or not int.from_bytes(inner[name + 4 : name + 8], "little")
+                    else name + 16
+                )
+                count = int.from_bytes(inner[values + 4 : values + 8], "little") // 8
                 if count == rows * columns:
                     return np.frombuffer(inner, "<f8", count, values + 8).reshape(columns, rows).T
         place += 8 + size

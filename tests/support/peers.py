@@ -52,7 +52,9 @@ def _write_files(pictures: Path) -> None:
     (pictures / "shots").mkdir(exist_ok=True)
     for name, level in (("grey.png", 128), *((f"shots/shot-{i}.png", 60 * i) for i in range(3))):
         cv2.imwrite(str(pictures / name), np.full((24, 32, 3), level, np.uint8))
-    film = cv2.VideoWriter(str(pictures / "film.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 25, (64, 48))
+    film = cv2.VideoWriter(
+        str(pictures / "film.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 25, (64, 48)
+    )
     for i in range(5):
         film.write(np.full((48, 64, 3), 40 * i, np.uint8))
     film.release()

@@ -20,15 +20,23 @@ def gradient(width: int = 64, height: int = 48) -> np.ndarray:
 
 def remapped_exactly(table: CorrectionMap, pixels: np.ndarray) -> np.ndarray:
     """The corrected picture, bilinear at the exact places, where the map itself rounds them to 1/32 px."""
-    return cv2.remap(pixels, table.raw_x, table.raw_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
-                     borderValue=BORDER_BGR)
+    return cv2.remap(
+        pixels,
+        table.raw_x,
+        table.raw_y,
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=BORDER_BGR,
+    )
 
 
 def encoded(suffix: str, pixels: np.ndarray | None = None, *options: int) -> bytes:
     """The picture as a file; WebP without loss."""
     if suffix == "webp" and not options:
         options = (cv2.IMWRITE_WEBP_QUALITY, LOSSLESS_WEBP)
-    return cv2.imencode(f".{suffix}", gradient() if pixels is None else pixels, list(options))[1].tobytes()
+    return cv2.imencode(f".{suffix}", gradient() if pixels is None else pixels, list(options))[
+        1
+    ].tobytes()
 
 
 def chunk(kind: bytes, body: bytes = b"") -> bytes:
@@ -43,7 +51,13 @@ def png(width: int, height: int, *chunks: bytes, depth: int = 8, colour: int = 2
 
 def png_bomb(width: int, height: int) -> bytes:
     """All black, RGBA with 16 bits: 8 bytes of memory for each of the pixels, 1 in 1,000 of them in the file."""
-    return png(width, height, chunk(b"IDAT", compressed_zeros(height * (1 + 8 * width))), depth=16, colour=6)
+    return png(
+        width,
+        height,
+        chunk(b"IDAT", compressed_zeros(height * (1 + 8 * width))),
+        depth=16,
+        colour=6,
+    )
 
 
 def compressed_zeros(count: int) -> bytes:
@@ -59,14 +73,20 @@ def compressed_zeros(count: int) -> bytes:
 
 
 def apng() -> bytes:
-    return png(8, 8, chunk(b"acTL", struct.pack(">II", 2**31, 0)), chunk(b"IDAT", compress(bytes(8 * 25))))
+    return png(
+        8, 8, chunk(b"acTL", struct.pack(">II", 2**31, 0)), chunk(b"IDAT", compress(bytes(8 * 25)))
+    )
 
 
 def jpeg_with_size(width: int, height: int, data: bytes | None = None) -> bytes:
     """An honest JPEG whose size was overwritten."""
     changed = bytearray(data or encoded("jpg"))
-    at = next(changed.index(bytes([0xFF, kind])) for kind in (0xC0, 0xC2) if bytes([0xFF, kind]) in changed)
-    changed[at + 5:at + 9] = struct.pack(">HH", height, width)
+    at = next(
+        changed.index(bytes([0xFF, kind]))
+        for kind in (0xC0, 0xC2)
+        if bytes([0xFF, kind]) in changed
+    )
+    changed[at + 5 : at + 9] = struct.pack(">HH", height, width)
     return bytes(changed)
 
 
@@ -80,7 +100,9 @@ TURN = jpeg_segment(0xE1, b"Exif\0\0" + EXIF)
 # what looks like a table in them is none
 COMMENTS = jpeg_segment(0xFE, b"\xff\xc4" + bytes(65_531)) * 2
 TURNED = {  # what stands between a JPEG's first marker and its second
-    "Exif": TURN, "Exif behind comments": COMMENTS + TURN, "Exif behind fill bytes": b"\xff" * 9 + TURN,
+    "Exif": TURN,
+    "Exif behind comments": COMMENTS + TURN,
+    "Exif behind fill bytes": b"\xff" * 9 + TURN,
     "Exif behind another": jpeg_segment(0xE1, b"http://ns.adobe.com/xap/1.0/\0") + TURN,
     "Exif behind large tables": jpeg_segment(0xE2, b"ICC_PROFILE\0" + bytes(65_000)) * 3 + TURN,
 }
@@ -98,7 +120,13 @@ def turned_png() -> bytes:
 
 def turned_webp() -> bytes:
     has_exif = struct.pack("<I", 0x08)
-    canvas = b"VP8X" + struct.pack("<I", 10) + has_exif + struct.pack("<I", 64 - 1)[:3] + struct.pack("<I", 48 - 1)[:3]
+    canvas = (
+        b"VP8X"
+        + struct.pack("<I", 10)
+        + has_exif
+        + struct.pack("<I", 64 - 1)[:3]
+        + struct.pack("<I", 48 - 1)[:3]
+    )
     body = b"WEBP" + canvas + encoded("webp")[12:] + b"EXIF" + struct.pack("<I", len(EXIF)) + EXIF
     return b"RIFF" + struct.pack("<I", len(body)) + body
 
@@ -120,20 +148,32 @@ def lossless_webp(width: int, height: int, data: bytes | None = None) -> bytes:
     """An honest lossless WebP whose size was overwritten."""
     changed = bytearray(data or encoded("webp"))
     at = changed.index(b"VP8L") + 9
-    rest = int.from_bytes(changed[at:at + 4], "little") >> 28 << 28
-    changed[at:at + 4] = (rest | width - 1 | height - 1 << 14).to_bytes(4, "little")
+    rest = int.from_bytes(changed[at : at + 4], "little") >> 28 << 28
+    changed[at : at + 4] = (rest | width - 1 | height - 1 << 14).to_bytes(4, "little")
     return bytes(changed)
 
 
 def animated_webp() -> bytes:
-    body = b"VP8X" + struct.pack("<IB", 10, 0x02) + bytes(9) + b"ANIM" + struct.pack("<I", 6) + bytes(6)
+    body = (
+        b"VP8X"
+        + struct.pack("<IB", 10, 0x02)
+        + bytes(9)
+        + b"ANIM"
+        + struct.pack("<I", 6)
+        + bytes(6)
+    )
     return b"RIFF" + struct.pack("<I", 4 + len(body)) + b"WEBP" + body
 
 
 def gif(width: int = 60_000, height: int = 60_000) -> bytes:
     """35 bytes that a GIF decoder gives gigabytes to."""
-    return (b"GIF89a" + struct.pack("<HH", width, height) + b"\x80\0\0\0\0\0\xff\xff\xff,"
-            + struct.pack("<HHHHB", 0, 0, width, height, 0) + b"\2\2D\1\0;")
+    return (
+        b"GIF89a"
+        + struct.pack("<HH", width, height)
+        + b"\x80\0\0\0\0\0\xff\xff\xff,"
+        + struct.pack("<HHHHB", 0, 0, width, height, 0)
+        + b"\2\2D\1\0;"
+    )
 
 
 # what it is: (its bytes, the reason it is refused for)
@@ -147,21 +187,36 @@ HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     "a PNM": (lambda: b"P6 99999 99999 255\n", "unknown-image-format"),
     "an AVIF": (lambda: b"\0\0\0\x1cftypavif" + bytes(40), "unknown-image-format"),
     "a PNG bomb": (lambda: png_bomb(3000, 3000), "image-bomb"),
-    "a PNG of 2^31 px a side": (lambda: png(2**31 - 1, 2**31 - 1, chunk(b"IDAT", compress(b""))), "image-too-large"),
-    "a PNG of 51 Mpx": (lambda: png(10_000, 5_100, chunk(b"IDAT", compress(b""))), "image-too-large"),
+    "a PNG of 2^31 px a side": (
+        lambda: png(2**31 - 1, 2**31 - 1, chunk(b"IDAT", compress(b""))),
+        "image-too-large",
+    ),
+    "a PNG of 51 Mpx": (
+        lambda: png(10_000, 5_100, chunk(b"IDAT", compress(b""))),
+        "image-too-large",
+    ),
     "a PNG too wide": (lambda: png(16_385, 1, chunk(b"IDAT", compress(b""))), "image-too-large"),
     "a PNG of one pixel": (lambda: encoded("png", gradient(1, 1)), "image-too-small"),
     "a PNG of one row": (lambda: encoded("png", gradient(4000, 1)), "image-too-small"),
     "a PNG without rows": (lambda: png(8, 0, chunk(b"IDAT", compress(b""))), "damaged-image"),
     "a PNG without pixels": (lambda: png(8, 8), "truncated-image"),
     "a PNG whose data cannot hold its size": (
-        lambda: png(4000, 4000, chunk(b"IDAT", compress(bytes(99)))), "truncated-image"),
+        lambda: png(4000, 4000, chunk(b"IDAT", compress(bytes(99)))),
+        "truncated-image",
+    ),
     "a PNG with fewer rows than it says": (
-        lambda: png(8, 8, chunk(b"IDAT", compress(bytes(7 * 25)))), "undecodable-image"),
+        lambda: png(8, 8, chunk(b"IDAT", compress(bytes(7 * 25)))),
+        "undecodable-image",
+    ),
     "a PNG of no known pixel format": (
-        lambda: png(8, 8, chunk(b"IDAT", compress(bytes(200))), depth=3), "damaged-image"),
+        lambda: png(8, 8, chunk(b"IDAT", compress(bytes(200))), depth=3),
+        "damaged-image",
+    ),
     "a PNG cut short": (lambda: encoded("png")[:-30], "truncated-image"),
-    "a PNG with a flipped bit": (lambda: encoded("png")[:60] + b"\x55" + encoded("png")[61:], "damaged-image"),
+    "a PNG with a flipped bit": (
+        lambda: encoded("png")[:60] + b"\x55" + encoded("png")[61:],
+        "damaged-image",
+    ),
     "a PNG full of notes": (lambda: png(8, 8, chunk(b"tEXt", bytes(2**20)) * 5), "damaged-image"),
     "an animated PNG": (apng, "animated-image"),
     "a JPEG cut short": (lambda: encoded("jpg")[:-40], "truncated-image"),
@@ -169,21 +224,41 @@ HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     "a JPEG of 20,000 px a side": (lambda: jpeg_with_size(20_000, 20_000), "image-too-large"),
     "a JPEG without size": (lambda: jpeg_with_size(0, 0), "damaged-image"),
     "a JPEG with 20,000 scans": (lambda: jpeg_of_many_scans(20_000), "too-many-scans"),
-    "a JPEG of nothing but fill bytes": (lambda: b"\xff\xd8" + b"\xff" * 30_000_000, "truncated-image"),
-    "a JPEG of nothing but stuffed bytes": (lambda: encoded("jpg")[:-2] + b"\xff\0" * 15_000_000, "truncated-image"),
+    "a JPEG of nothing but fill bytes": (
+        lambda: b"\xff\xd8" + b"\xff" * 30_000_000,
+        "truncated-image",
+    ),
+    "a JPEG of nothing but stuffed bytes": (
+        lambda: encoded("jpg")[:-2] + b"\xff\0" * 15_000_000,
+        "truncated-image",
+    ),
     "a JPEG with a long run of fill bytes": (
-        lambda: encoded("jpg")[:-2] + b"\xff" * 30_000_000 + b"\0", "truncated-image"),
-    "a JPEG part without length": (lambda: b"\xff\xd8\xff\xfe\0\0" + encoded("jpg")[2:], "damaged-image"),
-    "a lossless JPEG": (lambda: encoded("jpg").replace(b"\xff\xc0", b"\xff\xc3"), "unsupported-image-kind"),
+        lambda: encoded("jpg")[:-2] + b"\xff" * 30_000_000 + b"\0",
+        "truncated-image",
+    ),
+    "a JPEG part without length": (
+        lambda: b"\xff\xd8\xff\xfe\0\0" + encoded("jpg")[2:],
+        "damaged-image",
+    ),
+    "a lossless JPEG": (
+        lambda: encoded("jpg").replace(b"\xff\xc0", b"\xff\xc3"),
+        "unsupported-image-kind",
+    ),
     "a BMP cut short": (lambda: encoded("bmp")[:-100], "truncated-image"),
     "a BMP of 30,000 px a side": (lambda: bmp_with_size(30_000, 30_000), "image-too-large"),
-    "a BMP of the lowest height": (lambda: bmp_with_size(8, -2**31), "image-too-large"),
-    "a BMP of run lengths": (lambda: encoded("bmp")[:30] + b"\1" + encoded("bmp")[31:], "unsupported-image-kind"),
+    "a BMP of the lowest height": (lambda: bmp_with_size(8, -(2**31)), "image-too-large"),
+    "a BMP of run lengths": (
+        lambda: encoded("bmp")[:30] + b"\1" + encoded("bmp")[31:],
+        "unsupported-image-kind",
+    ),
     "a WebP cut short": (lambda: encoded("webp")[:-20], "truncated-image"),
     "a WebP of 16,384 px a side": (lambda: lossless_webp(16_384, 16_384), "image-too-large"),
     "an animated WebP": (animated_webp, "animated-image"),
     "a sound file": (lambda: b"RIFF\x24\0\0\0WAVEfmt " + bytes(40), "damaged-image"),
-    "more bytes than are read": (lambda: encoded("png") + bytes(33 * 2**20), "image-file-too-large"),
+    "more bytes than are read": (
+        lambda: encoded("png") + bytes(33 * 2**20),
+        "image-file-too-large",
+    ),
 }
 
 

@@ -11,8 +11,16 @@ import cv2
 import numpy as np
 
 
-def plug_in(root: Path, number: int, *, plug: str = "1-2", name: str = "HD Webcam", serial: str = "A1B2C3",
-            maker: str = "046d", product: str = "082d") -> None:
+def plug_in(
+    root: Path,
+    number: int,
+    *,
+    plug: str = "1-2",
+    name: str = "HD Webcam",
+    serial: str = "A1B2C3",
+    maker: str = "046d",
+    product: str = "082d",
+) -> None:
     """A USB camera, with its two nodes: one for pictures, one for metadata."""
     usb = root / f"sys/devices/pci0000:00/0000:00:14.0/usb1/{plug}"
     interface = usb / f"{plug}:1.0"
@@ -50,11 +58,18 @@ class Webcam:
         # a driver for which compressed pictures cannot be kept as they come
         self.always_decodes = False
         self.damaged = 0  # so many compressed pictures, from now on, have lost their end
-        self.values = {cv2.CAP_PROP_FRAME_WIDTH: 640.0, cv2.CAP_PROP_FRAME_HEIGHT: 480.0, cv2.CAP_PROP_FPS: 30.0,
-                       cv2.CAP_PROP_EXPOSURE: 156.0, cv2.CAP_PROP_AUTO_EXPOSURE: 3.0, cv2.CAP_PROP_GAIN: 64.0,
-                       cv2.CAP_PROP_AUTO_WB: 1.0, cv2.CAP_PROP_WB_TEMPERATURE: 4600.0,
-                       cv2.CAP_PROP_CONVERT_RGB: 1.0,
-                       cv2.CAP_PROP_FOURCC: float(cv2.VideoWriter.fourcc(*"YUYV"))}
+        self.values = {
+            cv2.CAP_PROP_FRAME_WIDTH: 640.0,
+            cv2.CAP_PROP_FRAME_HEIGHT: 480.0,
+            cv2.CAP_PROP_FPS: 30.0,
+            cv2.CAP_PROP_EXPOSURE: 156.0,
+            cv2.CAP_PROP_AUTO_EXPOSURE: 3.0,
+            cv2.CAP_PROP_GAIN: 64.0,
+            cv2.CAP_PROP_AUTO_WB: 1.0,
+            cv2.CAP_PROP_WB_TEMPERATURE: 4600.0,
+            cv2.CAP_PROP_CONVERT_RGB: 1.0,
+            cv2.CAP_PROP_FOURCC: float(cv2.VideoWriter.fourcc(*"YUYV")),
+        }
         self._due = time.monotonic()
 
     def isOpened(self) -> bool:
@@ -68,8 +83,11 @@ class Webcam:
         if prop not in self.values:
             return False
         if prop in (cv2.CAP_PROP_EXPOSURE, cv2.CAP_PROP_WB_TEMPERATURE):
-            mode, by_hand = ((cv2.CAP_PROP_AUTO_EXPOSURE, 1.0) if prop == cv2.CAP_PROP_EXPOSURE
-                             else (cv2.CAP_PROP_AUTO_WB, 0.0))
+            mode, by_hand = (
+                (cv2.CAP_PROP_AUTO_EXPOSURE, 1.0)
+                if prop == cv2.CAP_PROP_EXPOSURE
+                else (cv2.CAP_PROP_AUTO_WB, 0.0)
+            )
             if self.values[mode] != by_hand:
                 return False  # the driver refuses while the camera does it by itself
             low, high = (3, 2047) if prop == cv2.CAP_PROP_EXPOSURE else (2800, 6500)
@@ -91,7 +109,10 @@ class Webcam:
             return False, None
         time.sleep(max(0.0, self._due - time.monotonic()))
         self._due = max(self._due + 1 / self.values[cv2.CAP_PROP_FPS], time.monotonic())
-        size = int(self.values[cv2.CAP_PROP_FRAME_HEIGHT]), int(self.values[cv2.CAP_PROP_FRAME_WIDTH])
+        size = (
+            int(self.values[cv2.CAP_PROP_FRAME_HEIGHT]),
+            int(self.values[cv2.CAP_PROP_FRAME_WIDTH]),
+        )
         picture = np.full((*size, 3), 90, np.uint8)
         is_jpeg = self.values[cv2.CAP_PROP_FOURCC] == cv2.VideoWriter.fourcc(*"MJPG")
         if not is_jpeg or self.values[cv2.CAP_PROP_CONVERT_RGB] or self.always_decodes:
@@ -107,5 +128,17 @@ class Webcam:
         self.there = False
 
 
-V4L2_PATHS = ("/dev/../etc/passwd", "/dev/video0/../../etc/passwd", "/dev/v4l/by-id/../../../etc/passwd", "/dev/mem",
-              "/dev/v4l/by-id/..", "../dev/video0", "/dev/video", "/dev/video9999", "-1", "0x0", "٣", "/dev/videox")
+V4L2_PATHS = (
+    "/dev/../etc/passwd",
+    "/dev/video0/../../etc/passwd",
+    "/dev/v4l/by-id/../../../etc/passwd",
+    "/dev/mem",
+    "/dev/v4l/by-id/..",
+    "../dev/video0",
+    "/dev/video",
+    "/dev/video9999",
+    "-1",
+    "0x0",
+    "٣",
+    "/dev/videox",
+)

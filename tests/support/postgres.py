@@ -16,12 +16,21 @@ from pathlib import Path
 
 FOLDER_PREFIX = "touchline-postgres-"
 START_S = 60
-QUICK = ("fsync=off", "full_page_writes=off", "max_connections=60", "shared_buffers=64MB", "log_min_messages=fatal")
+QUICK = (
+    "fsync=off",
+    "full_page_writes=off",
+    "max_connections=60",
+    "shared_buffers=64MB",
+    "log_min_messages=fatal",
+)
 
 
 def programs() -> Path | None:
     """Where initdb and postgres are; None where they are not installed."""
-    found = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"), key=lambda path: int(path.parts[-3].split(".")[0]))
+    found = sorted(
+        Path("/usr/lib/postgresql").glob("*/bin/initdb"),
+        key=lambda path: int(path.parts[-3].split(".")[0]),
+    )
     if found:
         return found[-1].parent
     initdb = shutil.which("initdb")
@@ -41,8 +50,19 @@ class PostgresServer:
         self._folder = self._home / "cluster"
         if self._as:
             os.chown(self._home, *self._as)
-        self._run("initdb", "-D", str(self._folder), "-U", "tests", "-A", "trust", "-E", "UTF8", "--no-sync",
-                  "--locale=C")
+        self._run(
+            "initdb",
+            "-D",
+            str(self._folder),
+            "-U",
+            "tests",
+            "-A",
+            "trust",
+            "-E",
+            "UTF8",
+            "--no-sync",
+            "--locale=C",
+        )
         self.port = _free_port()
         self._names: dict[Path, str] = {}
         self.process: subprocess.Popen | None = None
@@ -52,11 +72,27 @@ class PostgresServer:
         """Start it, and wait until it answers."""
         options = [word for option in QUICK for word in ("-c", option)]
         self.process = subprocess.Popen(
-            [str(self._bin / "postgres"), "-D", str(self._folder), "-h", "127.0.0.1", "-p", str(self.port),
-             "-k", str(self._folder), *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd="/",
-            **self._user())
+            [
+                str(self._bin / "postgres"),
+                "-D",
+                str(self._folder),
+                "-h",
+                "127.0.0.1",
+                "-p",
+                str(self.port),
+                "-k",
+                str(self._folder),
+                *options,
+            ],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            cwd="/",
+            **self._user(),
+        )
         until = time.monotonic() + START_S
-        while subprocess.run([str(self._bin / "pg_isready"), "-q", "-h", "127.0.0.1", "-p", str(self.port)]).returncode:
+        while subprocess.run(
+            [str(self._bin / "pg_isready"), "-q", "-h", "127.0.0.1", "-p", str(self.port)]
+        ).returncode:
             assert self.process.poll() is None, "PostgreSQL did not start"
             assert time.monotonic() < until, "PostgreSQL did not answer"
             time.sleep(0.05)
@@ -85,8 +121,13 @@ class PostgresServer:
         return f"postgresql+psycopg:{address}?options=-csearch_path%3D{name}"
 
     def _run(self, program: str, *words: str) -> None:
-        subprocess.run([str(self._bin / program), *words], check=True, stdout=subprocess.DEVNULL, cwd="/",
-                       **self._user())
+        subprocess.run(
+            [str(self._bin / program), *words],
+            check=True,
+            stdout=subprocess.DEVNULL,
+            cwd="/",
+            **self._user(),
+        )
 
     def _user(self) -> dict:
         return {"user": self._as[0], "group": self._as[1], "extra_groups": []} if self._as else {}

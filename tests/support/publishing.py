@@ -15,10 +15,21 @@ from touchline.settings import PublishSettings
 from touchline.store.files import RecentFailures
 
 
-def publishing_of(folder: Path, active: Callable[[], Sequence[Calibration]], fields: Mapping[str, Field] = NO_FIELDS,
-                  **settings: Any) -> PublishingService:
+def publishing_of(
+    folder: Path,
+    active: Callable[[], Sequence[Calibration]],
+    fields: Mapping[str, Field] = NO_FIELDS,
+    **settings: Any,
+) -> PublishingService:
     """Return it as yet not started. folder: of its files; active: returns the active calibrations."""
-    return PublishingService(cast(Services, SimpleNamespace(
-        settings=SimpleNamespace(data=folder, publish=PublishSettings(**settings)),
-        store=SimpleNamespace(failures=RecentFailures(), references=threading.RLock()),
-        cameras=SimpleNamespace(active_calibrations=active), fields=fields)))
+    return PublishingService(
+        cast(
+            Services,
+            SimpleNamespace(
+                settings=SimpleNamespace(data=folder, publish=PublishSettings(**settings)),
+                store=SimpleNamespace(failures=RecentFailures(), references=threading.RLock()),
+                cameras=SimpleNamespace(active_calibrations=active),
+                fields=fields,
+            ),
+        )
+    )

@@ -14,7 +14,9 @@ NAME = re.compile(r"`([\w.]+/[\w/.]+\.(?:py|js))`")
 
 def recipes() -> dict[str, str]:
     """Return each "## Add …" section of the page by its title."""
-    parts = re.split(r"^## (Add .+?)\n|^## .+\n", (HELP / "contributing.md").read_text(), flags=re.MULTILINE)
+    parts = re.split(
+        r"^## (Add .+?)\n|^## .+\n", (HELP / "contributing.md").read_text(), flags=re.MULTILINE
+    )
     return {title: text for title, text in zip(parts[1::2], parts[2::2], strict=True) if title}
 
 
@@ -23,7 +25,11 @@ def copy_project(folder: Path, names: tuple[str, ...] = COPIED) -> Path:
     folder.mkdir()
     for name in names:
         if (ROOT / name).is_dir():
-            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "node_modules"))
+            shutil.copytree(
+                ROOT / name,
+                folder / name,
+                ignore=shutil.ignore_patterns("__pycache__", "node_modules"),
+            )
         else:
             shutil.copy(ROOT / name, folder / name)
     return folder

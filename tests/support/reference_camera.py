@@ -20,16 +20,37 @@ TILT_AZIMUTH_DEG = 25.0
 def reference_field() -> Field:
     """4000 × 3000 mm, its four borders, and nothing else painted on it."""
     x, y = 2000.0, 1500.0
-    ring = {"touch-line-top": ((-x, y), (x, y)), "touch-line-bottom": ((-x, -y), (x, -y)),
-            "goal-line-left": ((-x, -y), (-x, y)), "goal-line-right": ((x, -y), (x, y))}
-    return Field("reference", "Reference, 4 × 3 m", 2 * x, 2 * y,
-                 lines={name: Line(name, *ends) for name, ends in ring.items()}, arcs={}, landmarks={},
-                 regions={"full": Region("full", (-x, x), (-y, y))}, line_sigma_mm=0.0)
+    ring = {
+        "touch-line-top": ((-x, y), (x, y)),
+        "touch-line-bottom": ((-x, -y), (x, -y)),
+        "goal-line-left": ((-x, -y), (-x, y)),
+        "goal-line-right": ((x, -y), (x, y)),
+    }
+    return Field(
+        "reference",
+        "Reference, 4 × 3 m",
+        2 * x,
+        2 * y,
+        lines={name: Line(name, *ends) for name, ends in ring.items()},
+        arcs={},
+        landmarks={},
+        regions={"full": Region("full", (-x, x), (-y, y))},
+        line_sigma_mm=0.0,
+    )
 
 
-def reference_camera(lens: str | Lens = "strong", tilt_deg: float = 0.0, height_mm: float = HEIGHT_MM) -> SimCamera:
+def reference_camera(
+    lens: str | Lens = "strong", tilt_deg: float = 0.0, height_mm: float = HEIGHT_MM
+) -> SimCamera:
     """The reference camera with another lens, by name or as it is, and another tilt."""
     azimuth = np.radians(TILT_AZIMUTH_DEG)
-    return SimCamera.above(reference_field().regions["full"], SIZE, LENSES[lens] if isinstance(lens, str) else lens,
-                           height_mm=height_mm, tilt_deg=tilt_deg * float(np.cos(azimuth)),
-                           pan_deg=tilt_deg * float(np.sin(azimuth)), focal_px=FOCAL_PX, stand_mm=(0.0, 0.0))
+    return SimCamera.above(
+        reference_field().regions["full"],
+        SIZE,
+        LENSES[lens] if isinstance(lens, str) else lens,
+        height_mm=height_mm,
+        tilt_deg=tilt_deg * float(np.cos(azimuth)),
+        pan_deg=tilt_deg * float(np.sin(azimuth)),
+        focal_px=FOCAL_PX,
+        stand_mm=(0.0, 0.0),
+    )

@@ -14,7 +14,9 @@ def without_size(task: dict) -> dict:
 def refusal(answer, status=None, reason=None) -> dict:
     """The problem in an answer, checked for its form."""
     assert answer.headers["content-type"] == "application/problem+json", answer.text
-    problem = json.loads(answer.text, parse_constant=lambda constant: pytest.fail(f"{constant} in an answer"))
+    problem = json.loads(
+        answer.text, parse_constant=lambda constant: pytest.fail(f"{constant} in an answer")
+    )
     assert {"type", "title", "status", "detail", "fix"} <= problem.keys()
     assert problem["status"] == answer.status_code and 400 <= answer.status_code < 500, problem
     assert problem["type"].startswith("/problems/") and problem["fix"].endswith("."), problem

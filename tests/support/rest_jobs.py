@@ -6,8 +6,11 @@ from tests.support.waiting import LONG_S, until
 
 def finished(client, job: dict, seconds: float = LONG_S) -> dict:
     """A job as REST shows it, once it has ended."""
-    return until(lambda: client.get(f"{API}/jobs/{job['id']}").json(),
-                 lambda now: now["state"] in ("done", "failed", "cancelled"), seconds)
+    return until(
+        lambda: client.get(f"{API}/jobs/{job['id']}").json(),
+        lambda now: now["state"] in ("done", "failed", "cancelled"),
+        seconds,
+    )
 
 
 def accepted(answer) -> dict:

@@ -23,7 +23,9 @@ def path(lens: Distortion, start, end, count: int) -> np.ndarray:
 
 def carpet(seed: int, size: ImageSize = SIZE) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    rough = cv2.GaussianBlur(rng.normal(0, 12, (size.height, size.width, 1)).astype(np.float32), (0, 0), 3)[..., None]
+    rough = cv2.GaussianBlur(
+        rng.normal(0, 12, (size.height, size.width, 1)).astype(np.float32), (0, 0), 3
+    )[..., None]
     ground = np.array([50, 110, 60], np.float32) + rough
     cv2.line(ground, (20, 20), (size.width - 20, 30), (230, 230, 230), 4, cv2.LINE_AA)
     return ground
@@ -34,8 +36,12 @@ def frame(ground: np.ndarray, balls, noise: np.ndarray, radius_px: float = 7.0) 
     picture = ground.copy()
     for x, y in balls:
         left, top = int(x - 2 * radius_px), int(y - 2 * radius_px)
-        part = picture[max(top, 0):top + int(4 * radius_px) + 1, max(left, 0):left + int(4 * radius_px) + 1]
-        yy, xx = np.mgrid[max(top, 0):max(top, 0) + part.shape[0], max(left, 0):max(left, 0) + part.shape[1]]
+        part = picture[
+            max(top, 0) : top + int(4 * radius_px) + 1, max(left, 0) : left + int(4 * radius_px) + 1
+        ]
+        yy, xx = np.mgrid[
+            max(top, 0) : max(top, 0) + part.shape[0], max(left, 0) : max(left, 0) + part.shape[1]
+        ]
         share = np.clip(radius_px + 0.5 - np.hypot(xx - x, yy - y), 0, 1)[..., None]
         part[:] = part * (1 - share) + np.array([20, 120, 240], np.float32) * share
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
@@ -51,11 +57,18 @@ def film(lens: Distortion, rolls, seed: int = 0, still: int = 3):
     noise = rng.normal(0, 2, np.add(ground.shape, (97, 89, 0))).astype(np.float32)
     places: list[list[Points]] = [[] for _ in range(still)]
     for together in rolls:
-        paths = [path(lens, *roll) for roll in (together if isinstance(together, list) else [together])]
-        places += [[p[step] for p in paths if step < len(p)] for step in range(max(len(p) for p in paths))]
+        paths = [
+            path(lens, *roll) for roll in (together if isinstance(together, list) else [together])
+        ]
+        places += [
+            [p[step] for p in paths if step < len(p)] for step in range(max(len(p) for p in paths))
+        ]
     for number, balls in enumerate(places):
         top, left = rng.integers(0, (98, 90))
-        yield number / FPS, frame(ground, balls, noise[top:top + SIZE.height, left:left + SIZE.width])
+        yield (
+            number / FPS,
+            frame(ground, balls, noise[top : top + SIZE.height, left : left + SIZE.width]),
+        )
 
 
 def chords(rng: np.random.Generator, lens: Distortion, count: int, noise_px: float = 0.25):
@@ -64,7 +77,10 @@ def chords(rng: np.random.Generator, lens: Distortion, count: int, noise_px: flo
     seconds, size = [], lens.image_size
     while len(tracks) < count:
         start = rng.uniform(40, [size.width - 40, size.height - 40])
-        angle, length = rng.uniform(0, 2 * np.pi), rng.uniform(0.12, 0.5) * np.hypot(size.width, size.height)
+        angle, length = (
+            rng.uniform(0, 2 * np.pi),
+            rng.uniform(0.12, 0.5) * np.hypot(size.width, size.height),
+        )
         end = start + length * np.array([np.cos(angle), np.sin(angle)])
         if (end < 20).any() or end[0] > size.width - 20 or end[1] > size.height - 20:
             continue

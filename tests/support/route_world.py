@@ -32,12 +32,16 @@ from touchline.straight.service import saved_rolls
 from touchline.workflows.calibration_request import CalibrationRequest
 
 NAME, HALVES = "ssl-div-b", ("half-left", "half-right")
-SOURCE = ("sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&size=320x256&robots=2&ball=true&speed=0"
-          "&numbers=drawn&fps=10")
+SOURCE = (
+    "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&size=320x256&robots=2&ball=true&speed=0"
+    "&numbers=drawn&fps=10"
+)
 
 
-CAMERAS = [{"id": f"cam{number}", "source": SOURCE.format(number), "field": NAME, "region": half}
-           for number, half in enumerate(HALVES)]
+CAMERAS = [
+    {"id": f"cam{number}", "source": SOURCE.format(number), "field": NAME, "region": half}
+    for number, half in enumerate(HALVES)
+]
 
 
 class World:
@@ -57,7 +61,11 @@ class World:
     def change(self, method: str, path: str, **sent: Any) -> Any:
         """Ask for a change of what stands there now, if anything does."""
         known = self.client.get(API + path)
-        seen = {"If-Match": known.headers["etag"]} if known.is_success and "etag" in known.headers else {}
+        seen = (
+            {"If-Match": known.headers["etag"]}
+            if known.is_success and "etag" in known.headers
+            else {}
+        )
         return self.ask(method, path, headers=seen, **sent)
 
     def post(self, path: str, body: Any = None) -> Any:
@@ -95,17 +103,29 @@ class World:
             camera = simulated_source(SOURCE.format(number), {NAME: self.field}).camera
             region = self.field.region(half)
             clicks = border_observations(camera, region, 8, 0.2, np.random.default_rng(number))
-            made.append(CalibrationRequest(clicks, self.field, region, camera.image_size, "division",
-                                           {"height_mm": {"value": camera.position_mm[2], "sigma": 20.0}},
-                                           camera=f"cam{number}"))
+            made.append(
+                CalibrationRequest(
+                    clicks,
+                    self.field,
+                    region,
+                    camera.image_size,
+                    "division",
+                    {"height_mm": {"value": camera.position_mm[2], "sigma": 20.0}},
+                    camera=f"cam{number}",
+                )
+            )
         return made
 
     @property
     def fit(self) -> dict[str, Any]:
         """The body of a fit, by the quickest model."""
         request = self.requests[0].to_json()
-        return {**{key: request[key] for key in ("camera", "region", "observations")},
-                "field": NAME, "model": "homography", "snapshot": self.snapshot}
+        return {
+            **{key: request[key] for key in ("camera", "region", "observations")},
+            "field": NAME,
+            "model": "homography",
+            "snapshot": self.snapshot,
+        }
 
     @cached_property
     def snapshot(self) -> str:
@@ -123,7 +143,9 @@ class World:
 
     @cached_property
     def colours(self) -> dict[str, Any]:
-        return self.post("/cameras/cam0/colours/learn", {"automatic": True, "snapshot": self.snapshot})["profile"]
+        return self.post(
+            "/cameras/cam0/colours/learn", {"automatic": True, "snapshot": self.snapshot}
+        )["profile"]
 
     @property
     def kept_colours(self) -> str:
@@ -141,9 +163,16 @@ class World:
 
     @property
     def rig_body(self) -> dict[str, Any]:
-        return {"field": NAME, "w_max_rectangle_px": 400.0, "h_max_rectangle_px": 300.0, "n_rectangles_x": 8,
-                "n_rectangles_y": 6,
-                "cameras": [{"camera": f"cam{number}", "region": half} for number, half in enumerate(HALVES)]}
+        return {
+            "field": NAME,
+            "w_max_rectangle_px": 400.0,
+            "h_max_rectangle_px": 300.0,
+            "n_rectangles_x": 8,
+            "n_rectangles_y": 6,
+            "cameras": [
+                {"camera": f"cam{number}", "region": half} for number, half in enumerate(HALVES)
+            ],
+        }
 
     @property
     def camera(self) -> str:
@@ -165,14 +194,18 @@ class World:
         self.change("PUT", "/fields/changed", json=definition)
         record = self.record.replace(f'"{NAME}"'.encode(), b'"changed"')
         sent = {"files": {"file": record}, "data": {"camera": self.camera}}
-        self.post(f"/calibrations/{self.ask('POST', '/calibrations/import', **sent).json()['id']}/activate")
+        self.post(
+            f"/calibrations/{self.ask('POST', '/calibrations/import', **sent).json()['id']}/activate"
+        )
         self.change("PUT", "/fields/changed", json={**definition, "lines": definition["lines"][1:]})
         return "changed"
 
     @property
     def tape(self) -> dict[str, Any]:
         """The field, and distances on it as somebody with a tape reads them."""
-        distances = [{"from": a, "to": b, "mm": mm} for a, b, mm in measured(self.field, SIDES_AND_DIAGONALS)]
+        distances = [
+            {"from": a, "to": b, "mm": mm} for a, b, mm in measured(self.field, SIDES_AND_DIAGONALS)
+        ]
         return {"field": self.field.to_json(), "distances": distances}
 
     def wait_for(self, camera: str) -> str:
@@ -189,12 +222,23 @@ class World:
         """A new one of the camera cam1, from (100, 100) straight to the right."""
         rolls = saved_rolls(self.app.state.services)  # a camera would have to see one roll
         id = f"{rolls.revision:016x}"
-        rolls.add("cam1", id, {"points": [[100 + 10 * step, 100] for step in range(20)], "at": 0.0,
-                                     "seconds": 0.6, "rms_px": 0.1, "straight_px": 0.1, "image_size": [320, 256]})
+        rolls.add(
+            "cam1",
+            id,
+            {
+                "points": [[100 + 10 * step, 100] for step in range(20)],
+                "at": 0.0,
+                "seconds": 0.6,
+                "rms_px": 0.1,
+                "straight_px": 0.1,
+                "image_size": [320, 256],
+            },
+        )
         return id
 
     def remove_soon(self, camera: str) -> None:
         """Remove a camera once somebody has watched it for some frames."""
+
         def status() -> dict[str, Any]:
             return self.ask("GET", f"/cameras/{camera}/status").json()
 
@@ -205,6 +249,7 @@ class World:
                 until(status, lambda now: now["seq"] > first + 5)
             finally:  # else the stream would never end
                 self.ask("DELETE", f"/cameras/{camera}")
+
         threading.Thread(target=remove).start()
 
     @cached_property
@@ -221,7 +266,9 @@ class World:
 
     @property
     def lens(self) -> str:
-        return finished(self.client, self.post("/motion", {**motion(), "make": "lens"}))["result"]["lens"]
+        return finished(self.client, self.post("/motion", {**motion(), "make": "lens"}))["result"][
+            "lens"
+        ]
 
     @property
     def job(self) -> str:
@@ -243,14 +290,24 @@ class World:
 
 
 def board() -> dict[str, Any]:
-    return {"board": BOARD.to_json(), "image_size": list(BOARD_SIZE),
-            "views": [{**view.to_json(), "object_points": view.places_mm.tolist()} for view in views_of(count=6)]}
+    return {
+        "board": BOARD.to_json(),
+        "image_size": list(BOARD_SIZE),
+        "views": [
+            {**view.to_json(), "object_points": view.places_mm.tolist()}
+            for view in views_of(count=6)
+        ],
+    }
 
 
 def motion() -> dict[str, Any]:
     tracks, seconds = chords(np.random.default_rng(3), film_lens(-0.2), 8)
-    return {"image_size": list(FILM_SIZE),
-            "rolls": [{"points": p.tolist(), "seconds": t} for p, t in zip(tracks, seconds, strict=True)]}
+    return {
+        "image_size": list(FILM_SIZE),
+        "rolls": [
+            {"points": p.tolist(), "seconds": t} for p, t in zip(tracks, seconds, strict=True)
+        ],
+    }
 
 
 def clicked_edges() -> dict[str, Any]:

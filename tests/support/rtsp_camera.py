@@ -20,15 +20,21 @@ NONCE = "7e31f0"
 def scene(n: int, width: int = 320, height: int = 240) -> np.ndarray:
     """The n-th picture: grey, and a bright bar whose place tells n."""
     picture = np.full((height, width, 3), 60, np.uint8)
-    picture[:, 16 * (n % (width // 16)):][:, :16] = 220
+    picture[:, 16 * (n % (width // 16)) :][:, :16] = 220
     return picture
 
 
 class RtspCamera:
     """Serves until close(). The attributes may be set while it runs; each says what it does wrong."""
 
-    def __init__(self, fps: float = 25.0, size: tuple[int, int] = (320, 240), login: str = "", *,
-                 host: str = "127.0.0.1") -> None:
+    def __init__(
+        self,
+        fps: float = 25.0,
+        size: tuple[int, int] = (320, 240),
+        login: str = "",
+        *,
+        host: str = "127.0.0.1",
+    ) -> None:
         self.fps, self.size = fps, size
         self.login = login  # "", "basic" or "digest", as user "op", password "s3cret/"
         self.stalled = False  # connected, and no more pictures
@@ -117,9 +123,21 @@ class _Session:
             asks = {"basic": 'Basic realm="cam"', "digest": f'Digest realm="cam", nonce="{NONCE}"'}
             return self.say("401 Unauthorized", say | {"WWW-Authenticate": asks[self.camera.login]})
         if method == "DESCRIBE":
-            body = "\r\n".join(("v=0", "o=- 0 0 IN IP4 0.0.0.0", "s=t", "c=IN IP4 0.0.0.0", "t=0 0",
-                                "m=video 0 RTP/AVP 26", "a=control:1", ""))
-            return self.say("200 OK", say | {"Content-Type": "application/sdp", "Content-Base": uri + "/"}, body)
+            body = "\r\n".join(
+                (
+                    "v=0",
+                    "o=- 0 0 IN IP4 0.0.0.0",
+                    "s=t",
+                    "c=IN IP4 0.0.0.0",
+                    "t=0 0",
+                    "m=video 0 RTP/AVP 26",
+                    "a=control:1",
+                    "",
+                )
+            )
+            return self.say(
+                "200 OK", say | {"Content-Type": "application/sdp", "Content-Base": uri + "/"}, body
+            )
         if method == "SETUP":
             if "TCP" not in headers["transport"]:
                 return self.say("461 Unsupported Transport", say)
@@ -139,7 +157,10 @@ class _Session:
         return True
 
     def say(self, status: str, headers: dict[str, str], body: str = "") -> bool:
-        head = "".join(f"{name}: {value}\r\n" for name, value in {**headers, "Content-Length": str(len(body))}.items())
+        head = "".join(
+            f"{name}: {value}\r\n"
+            for name, value in {**headers, "Content-Length": str(len(body))}.items()
+        )
         with self.lock:
             self.line.sendall(f"RTSP/1.0 {status}\r\n{head}\r\n{body}".encode())
         return True
@@ -152,15 +173,20 @@ class _Session:
                     pass
                 if self.over.wait(max(0, start + n / self.camera.fps - time.monotonic())):
                     return
-                packets = packed(scene(n, *self.camera.size), sequence, round(n * 90_000 / self.camera.fps))
+                packets = packed(
+                    scene(n, *self.camera.size), sequence, round(n * 90_000 / self.camera.fps)
+                )
                 sequence += len(packets)
                 if self.camera.garbage:
                     self.camera.garbage -= 1
                     noise = np.random.default_rng(n)
-                    packets = [p[:20] + noise.integers(0, 256, len(p) - 20, dtype=np.uint8).tobytes() for p in packets]
+                    packets = [
+                        p[:20] + noise.integers(0, 256, len(p) - 20, dtype=np.uint8).tobytes()
+                        for p in packets
+                    ]
                 data = b"".join(b"$\0" + struct.pack(">H", len(p)) + p for p in packets)
                 if self.camera.half:
-                    data = data[:len(data) // 2]
+                    data = data[: len(data) // 2]
                     self.camera.stalled = True
                 with self.lock:
                     if self.camera.trickle:
@@ -176,16 +202,33 @@ class _Session:
 def packed(picture: np.ndarray, sequence: int, timestamp: int) -> list[bytes]:
     """The RTP packets of one picture, its quantisation tables with it, so that it arrives bit for bit."""
     height, width = picture.shape[:2]
-    coded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 90, cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
-                                           cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420])[1].tobytes()
-    tables = b"".join(coded[m.end() + 3:m.end() + 67] for m in re.finditer(rb"\xff\xdb", coded[:600]))
+    coded = cv2.imencode(
+        ".jpg",
+        picture,
+        [
+            cv2.IMWRITE_JPEG_QUALITY,
+            90,
+            cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
+            cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
+        ],
+    )[1].tobytes()
+    tables = b"".join(
+        coded[m.end() + 3 : m.end() + 67] for m in re.finditer(rb"\xff\xdb", coded[:600])
+    )
     scan_at = coded.index(b"\xff\xda")
-    scan = coded[scan_at + 2 + int.from_bytes(coded[scan_at + 2:scan_at + 4], "big"):-2]
+    scan = coded[scan_at + 2 + int.from_bytes(coded[scan_at + 2 : scan_at + 4], "big") : -2]
     packets: list[bytes] = []
     for at in range(0, len(scan), PACKET):
         last = at + PACKET >= len(scan)
-        rtp = struct.pack(">BBHII", 0x80, 26 | last << 7, (sequence + len(packets)) & 0xFFFF, timestamp & 0xFFFFFFFF, 7)
+        rtp = struct.pack(
+            ">BBHII",
+            0x80,
+            26 | last << 7,
+            (sequence + len(packets)) & 0xFFFF,
+            timestamp & 0xFFFFFFFF,
+            7,
+        )
         jpeg = struct.pack(">IBBBB", at, 1, 255, width // 8, height // 8)
         jpeg += struct.pack(">BBH", 0, 0, len(tables)) + tables if at == 0 else b""
-        packets.append(rtp + jpeg + scan[at:at + PACKET])
+        packets.append(rtp + jpeg + scan[at : at + PACKET])
     return packets

@@ -32,7 +32,9 @@ def computes_in_silence(spec, progress):
 
 
 def refuses(spec, progress):
-    raise FitFailed("The left border has 2 points.", "Click two more.", reason="too-few-points", feature="left")
+    raise FitFailed(
+        "The left border has 2 points.", "Click two more.", reason="too-few-points", feature="left"
+    )
 
 
 def breaks(spec, progress):
@@ -74,4 +76,7 @@ def says_its_threads(spec, progress):
     a = np.random.default_rng(0).random((800, 800))
     for _ in range(3):
         a = a @ a / 800
-    return {"threads": len(os.listdir("/proc/self/task")), "token": os.environ.get("TOUCHLINE_TOKEN")}
+    return {
+        "threads": len(os.listdir("/proc/self/task")),
+        "token": os.environ.get("TOUCHLINE_TOKEN"),
+    }

@@ -12,14 +12,22 @@ from statistics import median
 
 import pytest
 
-from tests.support.tiers import BROWSER, LIMITS_S, SCATTER, Timed, read_seconds, tier_of, write_seconds
+from tests.support.tiers import (
+    BROWSER,
+    LIMITS_S,
+    SCATTER,
+    Timed,
+    read_seconds,
+    tier_of,
+    write_seconds,
+)
 
 NEAR = 0.8  # default tests below this part of their limit have no row
 TINY_S = 0.1  # a difference that is no reason to write another figure
 
 seconds: dict[str, float] = defaultdict(float)
 left_out: set[str] = set()  # long, skipped or failed
-shared_s: list[float] = []   # of the fixtures that the present test has set up for others too
+shared_s: list[float] = []  # of the fixtures that the present test has set up for others too
 
 
 @pytest.hookimpl(wrapper=True)
@@ -49,18 +57,26 @@ def pytest_runtest_logreport(report) -> None:
 
 def pytest_sessionfinish(session, exitstatus) -> None:
     """In the one process that hears of all tests; a run that was stopped would forget the rows of the others."""
-    whole = exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED) and not session.shouldfail
+    whole = (
+        exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED) and not session.shouldfail
+    )
     if whole and not hasattr(session.config, "workerinput"):
         measured = {test: took for test, took in seconds.items() if test not in left_out}
         write_seconds(updated(read_seconds(), measured, left_out))
 
 
-def updated(known: dict[str, Timed], measured: dict[str, float], unmeasured: set[str]) -> dict[str, Timed]:
+def updated(
+    known: dict[str, Timed], measured: dict[str, float], unmeasured: set[str]
+) -> dict[str, Timed]:
     """Return the rows after a run: of what it measured, what it left out, and what another kind of run measures."""
     ratios = [took / known[test].seconds for test, took in measured.items() if test in known]
     stretch = median(ratios) if ratios else 1.0
     browser = any(test.startswith(BROWSER) for test in measured)
-    rows = {test: row for test, row in known.items() if test in unmeasured or test.startswith(BROWSER) != browser}
+    rows = {
+        test: row
+        for test, row in known.items()
+        if test in unmeasured or test.startswith(BROWSER) != browser
+    }
     for test, took in measured.items():
         tier, now = tier_of(test, known), took / stretch
         before = known[test].seconds if test in known else now

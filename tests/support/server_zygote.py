@@ -15,8 +15,11 @@ from touchline.settings import ServerSettings, Settings
 
 
 def main():
-    settings = Settings(data=Path(sys.argv[1]), server=ServerSettings(port=0),
-                        database=SecretStr(sys.argv[2]) if len(sys.argv) > 2 else None)
+    settings = Settings(
+        data=Path(sys.argv[1]),
+        server=ServerSettings(port=0),
+        database=SecretStr(sys.argv[2]) if len(sys.argv) > 2 else None,
+    )
     for _ in sys.stdin:
         child = os.fork()
         if child == 0:

@@ -20,18 +20,33 @@ BOUNDARY = "b0undary"
 
 
 @contextmanager
-def served(data: Path, *words: str, log: IO | None = None, python: Path | None = None,
-           project: Path = ROOT) -> Iterator[str]:
+def served(
+    data: Path, *words: str, log: IO | None = None, python: Path | None = None, project: Path = ROOT
+) -> Iterator[str]:
     """The address of a server on that data folder; its log goes there, else to where the test's own goes.
 
     python: of an environment in which Touchline is installed, instead of this one and the project's sources. project: a
     copy of the project, with other sources.
     """
     environment = {**os.environ, "PYTHONPATH": f"{project / 'app'}"} if project != ROOT else None
-    process = subprocess.Popen([python or sys.executable, "-c", "from touchline.cli import main; main()", "serve",
-                                "--port", "0", "--data", str(data), *words], cwd=data if python else project,
-                               env=clean_environment() if python else environment, stdout=subprocess.PIPE, stderr=log,
-                               text=True)
+    process = subprocess.Popen(
+        [
+            python or sys.executable,
+            "-c",
+            "from touchline.cli import main; main()",
+            "serve",
+            "--port",
+            "0",
+            "--data",
+            str(data),
+            *words,
+        ],
+        cwd=data if python else project,
+        env=clean_environment() if python else environment,
+        stdout=subprocess.PIPE,
+        stderr=log,
+        text=True,
+    )
     assert process.stdout is not None
     try:
         yield process.stdout.readline().split()[-1].rstrip("/")
@@ -64,7 +79,9 @@ class Line:
     def json(self, method: str, path: str, value=None, headers: dict | None = None):
         """(status, headers, parsed JSON)."""
         body = None if value is None else json.dumps(value).encode()
-        status, told, content = self.ask(method, path, body, {"Content-Type": "application/json", **(headers or {})})
+        status, told, content = self.ask(
+            method, path, body, {"Content-Type": "application/json", **(headers or {})}
+        )
         return status, told, json.loads(content) if content else None
 
     def close(self) -> None:
@@ -74,8 +91,10 @@ class Line:
 def form(data: bytes) -> tuple[bytes, dict]:
     """A file as multipart, with its header."""
     head = f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="file"; filename="f"\r\n\r\n'.encode()
-    return (head + data + f"\r\n--{BOUNDARY}--\r\n".encode(),
-            {"Content-Type": f"multipart/form-data; boundary={BOUNDARY}"})
+    return (
+        head + data + f"\r\n--{BOUNDARY}--\r\n".encode(),
+        {"Content-Type": f"multipart/form-data; boundary={BOUNDARY}"},
+    )
 
 
 def an_export(url: str, task: dict) -> dict:

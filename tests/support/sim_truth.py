@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.geometry import Points
-from touchline.sources.sim.actors import PersonTruth, RobotTruth, ball_at, ball_radius_mm, goals, people_at, robots_at
+from touchline.sources.sim.actors import (
+    PersonTruth,
+    RobotTruth,
+    ball_at,
+    ball_radius_mm,
+    goals,
+    people_at,
+    robots_at,
+)
 from touchline.sources.sim.draw import Scene, layers
 from touchline.sources.sim.render import Rendering
 from touchline.sources.sim.solids import Solid
@@ -20,7 +28,9 @@ CARPET = -1
 Owners = NDArray[np.int16]  # (height, width): the number of a name, or CARPET
 _TURNS = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 # Spots spread over a disc of radius 1, up to 0.8: the very edge belongs to whom rounding says.
-_SPOTS = np.concatenate([r * np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1) for r in (0.2, 0.5, 0.65, 0.8)])
+_SPOTS = np.concatenate(
+    [r * np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1) for r in (0.2, 0.5, 0.65, 0.8)]
+)
 
 
 @dataclass(frozen=True)
@@ -53,7 +63,11 @@ class Truth:
 
     def owned_by(self, name: str) -> NDArray[np.bool_]:
         """(height, width) where this robot, person, ball or goal is seen."""
-        return self.owners == self.names.index(name) if name in self.names else np.zeros(self.owners.shape, bool)
+        return (
+            self.owners == self.names.index(name)
+            if name in self.names
+            else np.zeros(self.owners.shape, bool)
+        )
 
     def carpet_seen(self, points: NDArray) -> NDArray[np.bool_]:
         """Which field points (..., 2) mm on the carpet lie in the picture with nothing before them."""
@@ -76,11 +90,18 @@ def truth_at(rendering: Rendering, time_s: float) -> Truth:
 
     def seen(name: str, x_mm: float, y_mm: float, z_mm: float, radius_mm: float) -> float:
         spots = np.column_stack([(x_mm, y_mm) + radius_mm * _SPOTS, np.full(len(_SPOTS), z_mm)])
-        return float((_owner_at(owners, scene, scene.camera.raw_from_field(spots)) == names.index(name)).mean())
+        return float(
+            (
+                _owner_at(owners, scene, scene.camera.raw_from_field(spots)) == names.index(name)
+            ).mean()
+        )
+
     radius = {solid.owner: solid.reach_mm for solid in solids}
     # A robot's flat front cuts its hat at 0.8 of its radius; a small robot's cube is inside 0.7 of it.
-    robots = tuple(replace(r, seen=seen(r.name, r.x_mm, r.y_mm, r.z_mm, 0.85 * radius[r.name]))
-                   for r in robots_at(*where))
+    robots = tuple(
+        replace(r, seen=seen(r.name, r.x_mm, r.y_mm, r.z_mm, 0.85 * radius[r.name]))
+        for r in robots_at(*where)
+    )
     ball = None
     if rendering.motion.has_ball:
         (x, y), r = ball_at(*where), ball_radius_mm(field)
@@ -109,6 +130,8 @@ def _own(owners: Owners, scene: Scene, solids: list[Solid], names: tuple[str, ..
 def _owner_at(owners: Owners, scene: Scene, raw: Points) -> NDArray[np.int16]:
     """Whose the pixels (..., 2) are; -2 outside the picture."""
     inside = scene.camera.sees(raw)
-    x, y = np.moveaxis(np.where(inside[..., None], np.rint(np.nan_to_num(raw)), 0).astype(int), -1, 0)
+    x, y = np.moveaxis(
+        np.where(inside[..., None], np.rint(np.nan_to_num(raw)), 0).astype(int), -1, 0
+    )
     h, w = owners.shape
     return np.where(inside, owners[np.clip(y, 0, h - 1), np.clip(x, 0, w - 1)], np.int16(-2))

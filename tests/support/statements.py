@@ -13,8 +13,12 @@ def statements() -> dict[str, str | None]:
     found: dict[str, str | None] = {}
     for tree in _trees():
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("say", "named") \
-                    and len(node.args) == 2:
+            if (
+                isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Name)
+                and node.func.id in ("say", "named")
+                and len(node.args) == 2
+            ):
                 code, template = (_text(argument) for argument in node.args)
                 if code is None:
                     continue
@@ -32,8 +36,12 @@ def values_of(template: str) -> set[str]:
 @cache
 def texts() -> set[str]:
     """Return every text in the sources: codes that a table names are among them."""
-    return {node.value for tree in _trees() for node in ast.walk(tree)
-            if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    return {
+        node.value
+        for tree in _trees()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
 
 
 @cache
@@ -46,5 +54,7 @@ def _text(node: ast.expr) -> str | None:
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return node.value
     if isinstance(node, ast.JoinedStr):
-        return "".join(str(part.value) if isinstance(part, ast.Constant) else "*" for part in node.values)
+        return "".join(
+            str(part.value) if isinstance(part, ast.Constant) else "*" for part in node.values
+        )
     return None

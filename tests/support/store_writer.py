@@ -24,14 +24,30 @@ CAMERAS = (None, "north", "south")
 def calibration(camera, note):
     """As large as a real one: 500 clicks and a report about them."""
     points = [[k + 0.1, k / 3] for k in range(500)]
-    return Calibration(id="", version=0, camera=camera, field={"name": "f"}, region="full", rotate=0, model_name="m",
-                       model_parameters={}, image_size=SIZE, corrected_size=SIZE,
-                       observations=({"feature": "left", "kind": "line", "points": points},), options={},
-                       report={"residuals": points}, created_at="", software="0", note=note)
+    return Calibration(
+        id="",
+        version=0,
+        camera=camera,
+        field={"name": "f"},
+        region="full",
+        rotate=0,
+        model_name="m",
+        model_parameters={},
+        image_size=SIZE,
+        corrected_size=SIZE,
+        observations=({"feature": "left", "kind": "line", "points": points},),
+        options={},
+        report={"residuals": points},
+        created_at="",
+        software="0",
+        note=note,
+    )
 
 
 def digest(kept):
-    return sha256(json.dumps({**kept.to_json(), "active": False}, sort_keys=True).encode()).hexdigest()
+    return sha256(
+        json.dumps({**kept.to_json(), "active": False}, sort_keys=True).encode()
+    ).hexdigest()
 
 
 def say(*words):
@@ -52,7 +68,17 @@ def work(folder, seed):
             say("begin", json.dumps({"kind": "snapshot", "sha256": sha256(data).hexdigest()}))
             snapshot = store.snapshots.add(data, SIZE, "png", camera=tag)
             snapshots.append(snapshot.id)
-            say("done", json.dumps({"kind": "snapshot", "id": snapshot.id, "sha256": snapshot.sha256, "camera": tag}))
+            say(
+                "done",
+                json.dumps(
+                    {
+                        "kind": "snapshot",
+                        "id": snapshot.id,
+                        "sha256": snapshot.sha256,
+                        "camera": tag,
+                    }
+                ),
+            )
         elif kind == "draft":
             id = chance.choice(snapshots)
             body = {**EMPTY, "field": tag, "options": {f"o{k}": k / 7 for k in range(200)}}
@@ -64,8 +90,18 @@ def work(folder, seed):
             say("begin", json.dumps({"kind": "save"}))
             one = store.calibrations.add(calibration(camera, tag))
             kept.append(one.id)
-            say("done", json.dumps({"kind": "save", "id": one.id, "camera": camera, "version": one.version,
-                                    "sha256": digest(one)}))
+            say(
+                "done",
+                json.dumps(
+                    {
+                        "kind": "save",
+                        "id": one.id,
+                        "camera": camera,
+                        "version": one.version,
+                        "sha256": digest(one),
+                    }
+                ),
+            )
         elif kind == "activate":
             one = store.calibrations.get(chance.choice(kept))
             say("begin", json.dumps({"kind": "activate", "id": one.id, "camera": one.camera}))

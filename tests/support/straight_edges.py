@@ -12,7 +12,7 @@ FLOOR_PX = 0.309  # noise of the points; no fit leaves less by much
 def lens_of(name="brown-conrady", terms=(-0.28, 0.09), centre=(0.0, 0.0), size=SIZE):
     """terms per half diagonal; centre in px beside the picture's."""
     full = np.zeros(len(LINE_LENSES[name][0].TERMS))
-    full[:len(terms)] = terms
+    full[: len(terms)] = terms
     x, y = size.centre
     return Distortion(name, tuple(full.tolist()), (x + centre[0], y + centre[1]), size)
 
@@ -43,9 +43,13 @@ def level_lines(lens, seed, *, sag=0.0, lines=10, reach=(0.06, 0.94), points=40,
         xs = np.array([rng.uniform(0.03, 0.23), rng.uniform(0.77, 0.97)]) * width
         ys = np.clip(y + rng.uniform(-0.15, 0.15) * (xs - xs.mean()), 15, height - 15)
         ends = lens.undistorted_from_raw(np.stack([xs, ys], axis=1))
-        hanging = 4 * along * (1 - along) * sag * np.linalg.norm(ends[1] - ends[0]) * np.array([0, 1])
-        chains.append(lens.raw_from_undistorted(ends[0] * (1 - along) + ends[1] * along + hanging)
-                      + rng.normal(0, noise_px, (points, 2)))
+        hanging = (
+            4 * along * (1 - along) * sag * np.linalg.norm(ends[1] - ends[0]) * np.array([0, 1])
+        )
+        chains.append(
+            lens.raw_from_undistorted(ends[0] * (1 - along) + ends[1] * along + hanging)
+            + rng.normal(0, noise_px, (points, 2))
+        )
     return chains
 
 

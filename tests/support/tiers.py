@@ -18,7 +18,7 @@ LIMITS_S = {
     "default": 0.5,
     # of the default tier all the same: the smallest example of what nothing quicker shows
     "smallest": 4.0,
-    "story": 40.0,    # of the default tier, in a browser
+    "story": 40.0,  # of the default tier, in a browser
     "merge": 120.0,
 }
 SCATTER = 1.5  # of one measurement, on a machine that is busy for a while
@@ -61,5 +61,8 @@ def tier_of(test: str, timed: dict[str, Timed]) -> str:
 
 def outgrown(timed: dict[str, Timed]) -> list[str]:
     """Return a sentence for each test that takes longer than its tier allows."""
-    return [f"{test} takes {row.seconds:.2g} s, and the {row.tier} tier allows {LIMITS_S[row.tier]:g} s"
-            for test, row in timed.items() if row.seconds > SCATTER * LIMITS_S[row.tier]]
+    return [
+        f"{test} takes {row.seconds:.2g} s, and the {row.tier} tier allows {LIMITS_S[row.tier]:g} s"
+        for test, row in timed.items()
+        if row.seconds > SCATTER * LIMITS_S[row.tier]
+    ]

@@ -19,14 +19,18 @@ def read_timecode(picture: NDArray[np.uint8]) -> int | None:
         return None
     rows = slice(floor(1.25 * cell), ceil(1.75 * cell))
     grey = picture[rows].reshape(rows.stop - rows.start, width, -1).mean(axis=(0, 2))
-    level = np.array([grey[floor((1.25 + i) * cell):ceil((1.75 + i) * cell)].mean() for i in range(COUNT)])
+    level = np.array(
+        [grey[floor((1.25 + i) * cell) : ceil((1.75 + i) * cell)].mean() for i in range(COUNT)]
+    )
     marks, seen = np.array(START + END, bool), level[[0, 1, 2, 3, -4, -3, -2, -1]]
     white, black = seen[marks].mean(), seen[~marks].mean()
     if white - black < MIN_CONTRAST:
         return None
     bits = level > (white + black) / 2
-    value = _number(bits[4:4 + BITS])
-    right = (bits[[0, 1, 2, 3, -4, -3, -2, -1]] == marks).all() and _number(bits[4 + BITS:-4]) == crc(value)
+    value = _number(bits[4 : 4 + BITS])
+    right = (bits[[0, 1, 2, 3, -4, -3, -2, -1]] == marks).all() and _number(
+        bits[4 + BITS : -4]
+    ) == crc(value)
     return value if right else None
 
 

@@ -13,7 +13,9 @@ LONG_S = 90.0  # on a machine on which everything takes ten times as long
 FIRST_PAUSE_S, PAUSE_GROWTH, MAX_PAUSE_S = 0.002, 1.5, 0.1
 
 
-def until(look: Callable[[], Found], holds: Callable[[Found], object] = bool, seconds: float = LONG_S) -> Found:
+def until(
+    look: Callable[[], Found], holds: Callable[[Found], object] = bool, seconds: float = LONG_S
+) -> Found:
     """Look again and again until what is found holds, and return it."""
     for pause in _pauses(seconds):
         if holds(found := look()):
@@ -66,7 +68,9 @@ def ended(jobs, job, seconds: float = LONG_S):
 
 def running(jobs, job):
     """An engine's job, once it runs and has said how far it is."""
-    return until(lambda: jobs.get(job.id), lambda now: now.state == "running" and now.message != "Starting")
+    return until(
+        lambda: jobs.get(job.id), lambda now: now.state == "running" and now.message != "Starting"
+    )
 
 
 def receive_until(socket, wanted: Callable[[dict], object], seconds: float = LONG_S) -> list[dict]:
@@ -84,9 +88,15 @@ def jobs_so_far(server) -> set[str]:
     return {job["id"] for job in server.api("GET", "/jobs").json()["items"]}
 
 
-def newest_job(server, kind: str, state: str, seconds: float = LONG_S, besides: Collection[str] = ()) -> dict:
+def newest_job(
+    server, kind: str, state: str, seconds: float = LONG_S, besides: Collection[str] = ()
+) -> dict:
     """The newest job, once it is of this kind and in this state and none of those that were there before."""
     # of a new server there is none
-    return until(lambda: next(iter(server.api("GET", "/jobs").json()["items"]), {}),
-                 lambda job: (job.get("kind"), job.get("state")) == (kind, state)
-                 and job["id"] not in besides, seconds)
+    return until(
+        lambda: next(iter(server.api("GET", "/jobs").json()["items"]), {}),
+        lambda job: (
+            (job.get("kind"), job.get("state")) == (kind, state) and job["id"] not in besides
+        ),
+        seconds,
+    )

@@ -39,23 +39,42 @@ def exact_view(camera: SimCamera) -> FieldLocator:
     return FieldLocator(camera.image_size, ExactModel(camera), has_rays=True)
 
 
-def world(field="ssl-div-b", *, size=(1920, 1080), robots=16, seed=1, drift=0.4, noise=4.0, shuffled=True, gain=1.0,
-          speed_mm_s=1500.0) -> Rendering:
+def world(
+    field="ssl-div-b",
+    *,
+    size=(1920, 1080),
+    robots=16,
+    seed=1,
+    drift=0.4,
+    noise=4.0,
+    shuffled=True,
+    gain=1.0,
+    speed_mm_s=1500.0,
+) -> Rendering:
     """A camera straight above the whole field, its light coming and going by the drift."""
     field = FIELDS[field]
     region = field.regions["full"]
     height_mm = 0.7 * float(np.hypot(region.width_mm, region.height_mm))
     camera = SimCamera.above(region, ImageSize(*size), LENSES["mild"], height_mm=height_mm)
-    return Rendering.of(camera, field, region, Motion(robots=robots, seed=seed, speed_mm_s=speed_mm_s,
-                                                         shuffled=shuffled),
-                        Light(gain=gain), Sensor(noise=noise), Lamps(drift=drift))
+    return Rendering.of(
+        camera,
+        field,
+        region,
+        Motion(robots=robots, seed=seed, speed_mm_s=speed_mm_s, shuffled=shuffled),
+        Light(gain=gain),
+        Sensor(noise=noise),
+        Lamps(drift=drift),
+    )
 
 
 def colour_clicks(rendering: Rendering, time_s=0.0, per_colour=5):
     """What an operator would click in the frame at that time, at most so often a colour: by the truth, in raw px."""
     from touchline.core.ssl_pattern import DOTS_MM, GREEN
+
     truth = truth_at(rendering, time_s)
-    places: dict[str, list[tuple[float, float, float]]] = {c: [] for c in ("orange", "yellow", "blue", "pink", "green")}
+    places: dict[str, list[tuple[float, float, float]]] = {
+        c: [] for c in ("orange", "yellow", "blue", "pink", "green")
+    }
     if truth.ball and truth.ball.seen > 0.8:
         places["orange"].append((truth.ball.x_mm + 5, truth.ball.y_mm - 5, truth.ball.z_mm))
     small = rendering.field.hat_height_mm < 100
@@ -64,6 +83,7 @@ def colour_clicks(rendering: Rendering, time_s=0.0, per_colour=5):
 
         def spot(ahead, left, robot=robot, c=c, s=s):
             return robot.x_mm + c * ahead - s * left, robot.y_mm + s * ahead + c * left, robot.z_mm
+
         if small:
             names = ("green", "pink", "cyan", "purple", "red")
             places[robot.team].append(spot(0, 18.7))
@@ -72,8 +92,14 @@ def colour_clicks(rendering: Rendering, time_s=0.0, per_colour=5):
         places[robot.team].append(spot(0, 0))
         for (ahead, left), green in zip(DOTS_MM, GREEN[robot.number % 16], strict=True):
             places["green" if green else "pink"].append(spot(ahead, left))
-    raw = {name: rendering.camera.raw_from_field(np.array(spots)) for name, spots in places.items() if spots}
-    return {name: [tuple(map(float, p)) for p in pixels[:per_colour]] for name, pixels in raw.items()}
+    raw = {
+        name: rendering.camera.raw_from_field(np.array(spots))
+        for name, spots in places.items()
+        if spots
+    }
+    return {
+        name: [tuple(map(float, p)) for p in pixels[:per_colour]] for name, pixels in raw.items()
+    }
 
 
 def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> StagePipeline:
@@ -81,8 +107,13 @@ def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> StagePipe
     pixels = rendering.frame_at(frame, time_s)
     profile = learn_profile("here", [(pixels, colour_clicks(rendering, time_s))])
     field = rendering.field
-    setting = StageContext(rendering.camera.image_size, profile, exact_view(rendering.camera),
-                      field.hat_height_mm, field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"])
+    setting = StageContext(
+        rendering.camera.image_size,
+        profile,
+        exact_view(rendering.camera),
+        field.hat_height_mm,
+        field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"],
+    )
     return StagePipeline(load_plans()[plan], setting)
 
 
@@ -128,7 +159,9 @@ def scored(score: Score, seen, truth, near_mm=100.0) -> None:
         elif (best.team, best.id) != (robot.team, robot.number):
             score.wrong += 1
     hidden = [r for r in truth.robots if r.seen < 0.99]
-    score.invented += sum(all(np.hypot(d.x_mm - r.x_mm, d.y_mm - r.y_mm) > near_mm for r in hidden) for d in left)
+    score.invented += sum(
+        all(np.hypot(d.x_mm - r.x_mm, d.y_mm - r.y_mm) > near_mm for r in hidden) for d in left
+    )
     ball = seen.detections.of("ball")
     if truth.ball and truth.ball.seen >= 0.9:
         score.balls += 1
@@ -138,7 +171,11 @@ def scored(score: Score, seen, truth, near_mm=100.0) -> None:
             score.balls_invented += off >= near_mm
         else:
             score.balls_missed += 1
-    elif truth.ball and ball and np.hypot(ball[0].x_mm - truth.ball.x_mm, ball[0].y_mm - truth.ball.y_mm) > near_mm:
+    elif (
+        truth.ball
+        and ball
+        and np.hypot(ball[0].x_mm - truth.ball.x_mm, ball[0].y_mm - truth.ball.y_mm) > near_mm
+    ):
         score.balls_invented += 1
 
 
@@ -146,11 +183,18 @@ def calibration_of(rendering: Rendering, noise_px: float = 0.5):
     """What an operator would have made of this camera: Brown–Conrady on clicks along every line, and a tape."""
     from touchline.core.records import Observation
     from touchline.workflows.calibration_request import CalibrationRequest
+
     rng, camera = np.random.default_rng(5), rendering.camera
     seen = []
     for marking in rendering.field.markings:
         raw = camera.raw_from_field(marking.sample(14))
         seen.append(Observation(marking.name, "line", raw + rng.normal(0, noise_px, raw.shape)))
-    task = CalibrationRequest(tuple(seen), rendering.field, rendering.region, camera.image_size, "brown-conrady",
-                              {"height_mm": {"value": camera.position_mm[2], "sigma": 15.0}})
+    task = CalibrationRequest(
+        tuple(seen),
+        rendering.field,
+        rendering.region,
+        camera.image_size,
+        "brown-conrady",
+        {"height_mm": {"value": camera.position_mm[2], "sigma": 15.0}},
+    )
     return task.record(task.run(cross_validate=False))

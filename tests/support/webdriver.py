@@ -29,18 +29,32 @@ MINI_BROWSERS = "lib/*/webkit2gtk-4.*/MiniBrowser"
 CONTROL, ESCAPE, ENTER = "\ue009", "\ue00c", "\ue007"
 # What Firefox would fetch, ask or show by itself; a port of 0 is a free one, which it writes into its profile.
 PREFERENCES = {
-    "marionette.port": 0, "remote.prefs.recommended": True, "webgl.force-enabled": True, "network.proxy.type": 0,
+    "marionette.port": 0,
+    "remote.prefs.recommended": True,
+    "webgl.force-enabled": True,
+    "network.proxy.type": 0,
     # in software it is none, and reading such a canvas back yields black
     "gfx.canvas.accelerated": False,
     "intl.accept_languages": "en-GB, en",
-    "browser.shell.checkDefaultBrowser": False, "browser.aboutwelcome.enabled": False, "app.update.enabled": False,
-    "datareporting.policy.dataSubmissionEnabled": False, "toolkit.telemetry.enabled": False,
-    "network.captive-portal-service.enabled": False, "network.connectivity-service.enabled": False,
-    "app.normandy.enabled": False, "services.settings.server": "data:,", "extensions.update.enabled": False,
-    "extensions.getAddons.cache.enabled": False, "media.gmp-manager.updateEnabled": False,
-    "browser.safebrowsing.downloads.remote.enabled": False, "browser.safebrowsing.malware.enabled": False,
-    "browser.safebrowsing.phishing.enabled": False, "browser.region.network.url": "", "browser.search.update": False,
-    "browser.topsites.contile.enabled": False, "browser.newtabpage.activity-stream.feeds.topsites": False,
+    "browser.shell.checkDefaultBrowser": False,
+    "browser.aboutwelcome.enabled": False,
+    "app.update.enabled": False,
+    "datareporting.policy.dataSubmissionEnabled": False,
+    "toolkit.telemetry.enabled": False,
+    "network.captive-portal-service.enabled": False,
+    "network.connectivity-service.enabled": False,
+    "app.normandy.enabled": False,
+    "services.settings.server": "data:,",
+    "extensions.update.enabled": False,
+    "extensions.getAddons.cache.enabled": False,
+    "media.gmp-manager.updateEnabled": False,
+    "browser.safebrowsing.downloads.remote.enabled": False,
+    "browser.safebrowsing.malware.enabled": False,
+    "browser.safebrowsing.phishing.enabled": False,
+    "browser.region.network.url": "",
+    "browser.search.update": False,
+    "browser.topsites.contile.enabled": False,
+    "browser.newtabpage.activity-stream.feeds.topsites": False,
 }
 # All that Firefox's console has: errors and warnings of pages, then what pages wrote.
 CONSOLE = """const said = (m) => {
@@ -91,11 +105,13 @@ class Browser:
 
     def until(self, code: str, *values: Any, holds: Callable[[Any], object] = bool) -> Any:
         """Run it again and again, also over the loading of pages, until its answer holds."""
+
         def look() -> Any:
             try:
                 return self.script(code, *values)
             except WebDriverError as error:  # the page is just being changed, or not there yet
                 return error
+
         return until(look, lambda found: not isinstance(found, WebDriverError) and holds(found))
 
     def sees(self, test_id: str, more: str = "") -> Any:
@@ -113,6 +129,7 @@ class Browser:
             except WebDriverError as error:
                 return str(error)
             return ""
+
         until(press, lambda refused: not refused)
 
     def type(self, test_id: str, text: str) -> None:
@@ -134,29 +151,47 @@ class Browser:
 
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         across, down = (end[0] - start[0]) / STEPS, (end[1] - start[1]) / STEPS
-        between = (_move(start[0] + across * i, start[1] + down * i, STEP_MS) for i in range(1, STEPS + 1))
+        between = (
+            _move(start[0] + across * i, start[1] + down * i, STEP_MS) for i in range(1, STEPS + 1)
+        )
         self._mouse(_move(*start), _button("Down"), *between, _button("Up"))
 
     def resize(self, width: int, height: int) -> None:
         """Give the page, not the window, this size."""
+
         def inner() -> list[int]:
             across, down = self.script("return [innerWidth, innerHeight]")
             if [across, down] != [width, height]:
                 now = self.command("GetWindowRect")
-                self.command("SetWindowRect", x=0, y=0, width=now["width"] + width - across,
-                             height=now["height"] + height - down)
+                self.command(
+                    "SetWindowRect",
+                    x=0,
+                    y=0,
+                    width=now["width"] + width - across,
+                    height=now["height"] + height - down,
+                )
             return [across, down]
+
         until(inner, lambda size: size == [width, height])
 
     def screenshot(self, path: Path) -> None:
         path.write_bytes(base64.b64decode(self.command("TakeScreenshot")))
 
     def _find(self, test_id: str, within: str = "") -> str:
-        found = self.command("FindElement", using="css selector", value=f"[data-testid='{test_id}']{within}")
+        found = self.command(
+            "FindElement", using="css selector", value=f"[data-testid='{test_id}']{within}"
+        )
         return found[ELEMENT]
 
     def _mouse(self, *actions: dict[str, Any]) -> None:
-        self._act({"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": list(actions)})
+        self._act(
+            {
+                "type": "pointer",
+                "id": "mouse",
+                "parameters": {"pointerType": "mouse"},
+                "actions": list(actions),
+            }
+        )
 
     def _act(self, source: dict[str, Any]) -> None:
         self.command("PerformActions", actions=[source])
@@ -164,7 +199,13 @@ class Browser:
 
 
 def _move(x: float, y: float, duration: int = 0) -> dict[str, Any]:
-    return {"type": "pointerMove", "x": round(x), "y": round(y), "duration": duration, "origin": "viewport"}
+    return {
+        "type": "pointerMove",
+        "x": round(x),
+        "y": round(y),
+        "duration": duration,
+        "origin": "viewport",
+    }
 
 
 def _button(way: str) -> dict[str, Any]:
@@ -183,13 +224,30 @@ class Firefox(Browser):
     def __init__(self, folder: Path, display: str) -> None:
         profile = folder / "profile"
         profile.mkdir()
-        lines = (f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in PREFERENCES.items())
+        lines = (
+            f"user_pref({json.dumps(name)}, {json.dumps(value)});\n"
+            for name, value in PREFERENCES.items()
+        )
         (profile / "user.js").write_text("".join(lines))
         with (folder / "firefox.log").open("wb") as log:
             self.process = subprocess.Popen(
-                [str(self.program()), "--marionette", "-remote-allow-system-access", "--no-remote", "--profile",
-                 str(profile)], stdout=log, stderr=subprocess.STDOUT,
-                env={**os.environ, "DISPLAY": display, "HOME": str(folder), "LIBGL_ALWAYS_SOFTWARE": "1"})
+                [
+                    str(self.program()),
+                    "--marionette",
+                    "-remote-allow-system-access",
+                    "--no-remote",
+                    "--profile",
+                    str(profile),
+                ],
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env={
+                    **os.environ,
+                    "DISPLAY": display,
+                    "HOME": str(folder),
+                    "LIBGL_ALWAYS_SOFTWARE": "1",
+                },
+            )
         try:
             port = int(until(lambda: _read(profile / "MarionetteActivePort")))
             self._socket = socket.create_connection(("127.0.0.1", port), timeout=LONG_S)
@@ -203,7 +261,13 @@ class Firefox(Browser):
             raise
 
     def command(self, name: str, **values: Any) -> Any:
-        more = {"full": False} if name == "TakeScreenshot" else {"sandbox": None} if name == "ExecuteScript" else {}
+        more = (
+            {"full": False}
+            if name == "TakeScreenshot"
+            else {"sandbox": None}
+            if name == "ExecuteScript"
+            else {}
+        )
         return self._ask(f"WebDriver:{name}", {**more, **values})
 
     def console(self) -> list[str]:
@@ -244,20 +308,37 @@ class Firefox(Browser):
 
 
 WAYS = {
-    "Navigate": ("POST", "/url"), "Back": ("POST", "/back"), "Forward": ("POST", "/forward"),
-    "Refresh": ("POST", "/refresh"), "ExecuteScript": ("POST", "/execute/sync"), "FindElement": ("POST", "/element"),
-    "ElementClick": ("POST", "/element/{id}/click"), "ElementSendKeys": ("POST", "/element/{id}/value"),
-    "PerformActions": ("POST", "/actions"), "ReleaseActions": ("DELETE", "/actions"),
-    "GetWindowRect": ("GET", "/window/rect"), "SetWindowRect": ("POST", "/window/rect"),
-    "TakeScreenshot": ("GET", "/screenshot"), "SetTimeouts": ("POST", "/timeouts"), "End": ("DELETE", ""),
+    "Navigate": ("POST", "/url"),
+    "Back": ("POST", "/back"),
+    "Forward": ("POST", "/forward"),
+    "Refresh": ("POST", "/refresh"),
+    "ExecuteScript": ("POST", "/execute/sync"),
+    "FindElement": ("POST", "/element"),
+    "ElementClick": ("POST", "/element/{id}/click"),
+    "ElementSendKeys": ("POST", "/element/{id}/value"),
+    "PerformActions": ("POST", "/actions"),
+    "ReleaseActions": ("DELETE", "/actions"),
+    "GetWindowRect": ("GET", "/window/rect"),
+    "SetWindowRect": ("POST", "/window/rect"),
+    "TakeScreenshot": ("GET", "/screenshot"),
+    "SetTimeouts": ("POST", "/timeouts"),
+    "End": ("DELETE", ""),
 }  # how each command is asked for over HTTP
 
 
 class WebKit(Browser):
     """WebKitGTK's small browser, told what to do over HTTP: the engine of Safari."""
 
-    packages = ("webkit2gtk-driver", "xvfb", "xauth", "libgl1-mesa-dri", "libegl1", "libgles2", "libgbm1",
-                "fonts-dejavu-core")
+    packages = (
+        "webkit2gtk-driver",
+        "xvfb",
+        "xauth",
+        "libgl1-mesa-dri",
+        "libegl1",
+        "libgles2",
+        "libgbm1",
+        "fonts-dejavu-core",
+    )
 
     @staticmethod
     def program() -> str | None:
@@ -269,13 +350,24 @@ class WebKit(Browser):
             self._port = free.getsockname()[1]
         with self._log.open("wb") as log:
             self.process = subprocess.Popen(
-                [str(self.program()), f"--port={self._port}"], stdout=log, stderr=subprocess.STDOUT,
-                env={**os.environ, "DISPLAY": display, "HOME": str(folder), "LC_ALL": LOCALE,
-                     "LIBGL_ALWAYS_SOFTWARE": "1", "WEBKIT_DISABLE_SANDBOX_THIS_IS_DANGEROUS": "1"})
+                [str(self.program()), f"--port={self._port}"],
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env={
+                    **os.environ,
+                    "DISPLAY": display,
+                    "HOME": str(folder),
+                    "LC_ALL": LOCALE,
+                    "LIBGL_ALWAYS_SOFTWARE": "1",
+                    "WEBKIT_DISABLE_SANDBOX_THIS_IS_DANGEROUS": "1",
+                },
+            )
         try:
             until(self._answers)
-            browser = {"binary": str(next(Path("/usr").glob(MINI_BROWSERS))),
-                       "args": ["--automation", "--enable-write-console-messages-to-stdout=true"]}
+            browser = {
+                "binary": str(next(Path("/usr").glob(MINI_BROWSERS))),
+                "args": ["--automation", "--enable-write-console-messages-to-stdout=true"],
+            }
             asked = {"capabilities": {"alwaysMatch": {"webkitgtk:browserOptions": browser}}}
             session = self._request("POST", "/session", asked)
             self._session = f"/session/{session['sessionId']}"
@@ -306,8 +398,11 @@ class WebKit(Browser):
 
     def _request(self, method: str, path: str, body: Any = None) -> Any:
         request = urllib.request.Request(
-            f"http://127.0.0.1:{self._port}{path}", json.dumps(body).encode() if method == "POST" else None,
-            {"Content-Type": "application/json"}, method=method)
+            f"http://127.0.0.1:{self._port}{path}",
+            json.dumps(body).encode() if method == "POST" else None,
+            {"Content-Type": "application/json"},
+            method=method,
+        )
         direct = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         try:
             with direct.open(request, timeout=2 * LONG_S) as answer:
@@ -324,8 +419,12 @@ BROWSERS: dict[str, type[Firefox] | type[WebKit]] = {"firefox": Firefox, "webkit
 def virtual_screen() -> Iterator[str]:
     """Start a screen that nobody sees, on the first free number, and yield its name."""
     read, write = os.pipe()
-    process = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1920x1400x24", "-nolisten", "tcp"],
-                               pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(write), "-screen", "0", "1920x1400x24", "-nolisten", "tcp"],
+        pass_fds=[write],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     os.close(write)
     try:
         with os.fdopen(read) as told:

@@ -35,23 +35,41 @@ def test_the_shipped_file_holds_every_setting_with_its_default():
 def test_every_setting_in_the_shipped_file_has_a_comment_above_it():
     lines = FILE.read_text().splitlines()
     for above, line in pairwise(lines):
-        section = line.strip() in ("server:", "images:", "sources:", "jobs:", "storage:", "publish:")
+        section = line.strip() in (
+            "server:",
+            "images:",
+            "sources:",
+            "jobs:",
+            "storage:",
+            "publish:",
+        )
         if re.match(r" *[a-z_]+:", line) and not section:
             assert above.strip().startswith("#"), line
 
 
 def test_the_example_camera_of_the_shipped_file_is_one(tmp_path):
     text = FILE.read_text().split("such as\n")[1]
-    example = "cameras:\n" + "\n".join(line.removeprefix("#") for line in text.splitlines() if line.startswith("#   "))
+    example = "cameras:\n" + "\n".join(
+        line.removeprefix("#") for line in text.splitlines() if line.startswith("#   ")
+    )
     (camera,) = load_settings(written(tmp_path, example)).cameras
-    assert (camera.id, camera.title, camera.field, camera.region) == ("north", "North half", "ssl-div-b", "full")
+    assert (camera.id, camera.title, camera.field, camera.region) == (
+        "north",
+        "North half",
+        "ssl-div-b",
+        "full",
+    )
 
 
 def test_the_environment_wins_over_the_file_one_setting_at_a_time(tmp_path, monkeypatch):
     path = written(tmp_path, "server: {port: 9001, max_connections: 7}\ndata: kept-here\n")
     monkeypatch.setenv("TOUCHLINE_SERVER__PORT", "9002")
     settings = load_settings(path)
-    assert (settings.server.port, settings.server.max_connections, str(settings.data)) == (9002, 7, "kept-here")
+    assert (settings.server.port, settings.server.max_connections, str(settings.data)) == (
+        9002,
+        7,
+        "kept-here",
+    )
 
 
 def test_what_is_given_wins_over_the_environment(monkeypatch):
@@ -64,24 +82,27 @@ def test_the_environment_can_name_the_file(tmp_path, monkeypatch):
     assert str(load_settings().data) == "elsewhere"
 
 
-@pytest.mark.parametrize(("text", "said"), [
-    ("server: {prt: 1}", "server.prt"),
-    ("prot: 1", "prot"),
-    ("server: {port: 70000}", "server.port"),
-    ("server: {request_timeout_s: .nan}", "server.request_timeout_s"),
-    ("jobs: {engine: 'dask://host'}", "jobs.engine"),
-    ("token: short", "token"),
-    ("publish: {group: x}", "Settings: publish: 'x' is not a multicast group. Give"),
-    ("publish: {interval_s: .nan}", "publish"),
-    ("publish: {ports: 1}", "publish.ports"),
-    ("cameras: [{id: a, source: x}, {id: a, source: y}]", "same id"),
-    ("cameras: [{id: ../a, source: x}]", "cameras.0.id"),
-    ("a: [1", "not valid YAML"),
-    ("- 1", "contains no settings"),
-    ("8000: port", "8000"),
-    ("null: port", "None"),
-    ("data: !!python/object/apply:os.getcwd []", "not valid YAML"),
-])
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("server: {prt: 1}", "server.prt"),
+        ("prot: 1", "prot"),
+        ("server: {port: 70000}", "server.port"),
+        ("server: {request_timeout_s: .nan}", "server.request_timeout_s"),
+        ("jobs: {engine: 'dask://host'}", "jobs.engine"),
+        ("token: short", "token"),
+        ("publish: {group: x}", "Settings: publish: 'x' is not a multicast group. Give"),
+        ("publish: {interval_s: .nan}", "publish"),
+        ("publish: {ports: 1}", "publish.ports"),
+        ("cameras: [{id: a, source: x}, {id: a, source: y}]", "same id"),
+        ("cameras: [{id: ../a, source: x}]", "cameras.0.id"),
+        ("a: [1", "not valid YAML"),
+        ("- 1", "contains no settings"),
+        ("8000: port", "8000"),
+        ("null: port", "None"),
+        ("data: !!python/object/apply:os.getcwd []", "not valid YAML"),
+    ],
+)
 def test_a_mistake_in_the_file_is_named(tmp_path, text, said):
     with pytest.raises(BadInput, match=re.escape(said)) as refused:
         load_settings(written(tmp_path, text))
@@ -89,7 +110,9 @@ def test_a_mistake_in_the_file_is_named(tmp_path, text, said):
 
 
 def test_a_setting_that_was_removed_does_not_stop_a_server(tmp_path, monkeypatch):
-    (tmp_path / "own.yaml").write_text("sources: {producers: [/opt/mv], allowed_hosts: [sim.local]}\n")
+    (tmp_path / "own.yaml").write_text(
+        "sources: {producers: [/opt/mv], allowed_hosts: [sim.local]}\n"
+    )
     assert load_settings(tmp_path / "own.yaml").sources.allowed_hosts == ("sim.local",)
     monkeypatch.setenv("TOUCHLINE_SOURCES__PRODUCERS", '["/opt/mv"]')
     assert load_settings(tmp_path / "own.yaml").sources.allowed_hosts == ("sim.local",)
@@ -101,10 +124,22 @@ def test_a_missing_file_is_said_to_be_missing(tmp_path):
 
 
 def test_a_variable_that_is_no_setting_is_named_with_the_one_that_was_meant():
-    port, other = unknown_variables(["TOUCHLINE_PORT", "TOUCHLINE_SERVER__PORT", "TOUCHLINE_CONFIG", "touchline_data",
-                                     "TOUCHLINE_SERVICE_HOST", "PORT", "TOUCHLINES"])
+    port, other = unknown_variables(
+        [
+            "TOUCHLINE_PORT",
+            "TOUCHLINE_SERVER__PORT",
+            "TOUCHLINE_CONFIG",
+            "touchline_data",
+            "TOUCHLINE_SERVICE_HOST",
+            "PORT",
+            "TOUCHLINES",
+        ]
+    )
     assert port == "TOUCHLINE_PORT is not a setting and has no effect. Use TOUCHLINE_SERVER__PORT."
-    assert other.startswith("TOUCHLINE_SERVICE_HOST is not a setting") and "configs/touchline.yaml" in other
+    assert (
+        other.startswith("TOUCHLINE_SERVICE_HOST is not a setting")
+        and "configs/touchline.yaml" in other
+    )
 
 
 def test_settings_are_frozen():

@@ -35,16 +35,20 @@ async def json_body(request: Request, schema: type[Body]) -> Body:
     try:
         value = json.loads(await request.body())
     except (ValueError, RecursionError):
-        raise RequestValidationError([{"type": "json_invalid", "loc": ("body",), "msg": "JSON decode error",
-                                       "input": None}]) from None
+        raise RequestValidationError(
+            [{"type": "json_invalid", "loc": ("body",), "msg": "JSON decode error", "input": None}]
+        ) from None
     try:
         return schema.model_validate(value)
     except ValidationError as error:
-        raise RequestValidationError([{**e, "loc": ("body", *e["loc"])} for e in error.errors()]) from None
+        raise RequestValidationError(
+            [{**e, "loc": ("body", *e["loc"])} for e in error.errors()]
+        ) from None
 
 
-async def uploaded_file(request: Request, max_bytes: int,
-                        names: tuple[str, ...] = TEXTS) -> tuple[bytes, dict[str, str]]:
+async def uploaded_file(
+    request: Request, max_bytes: int, names: tuple[str, ...] = TEXTS
+) -> tuple[bytes, dict[str, str]]:
     """Return the part "file", and the texts of the named parts, "" if missing; under "file" the file's own name."""
     async with request.form(max_files=1, max_fields=len(names) + 2, max_part_size=4096) as form:
         file = form.get("file")
@@ -57,12 +61,20 @@ async def uploaded_file(request: Request, max_bytes: int,
         for name in names:
             text = form.get(name, "")
             if not isinstance(text, str):
-                raise BadInput(f"The part {name} is a file.", f"Send {name} as text.", reason="bad-request")
+                raise BadInput(
+                    f"The part {name} is a file.", f"Send {name} as text.", reason="bad-request"
+                )
             texts[name] = text
         data = await file.read(max_bytes + 1)
     if len(data) > max_bytes:
-        raise ImageTooLarge(say("upload.too-large", "The file has more than {most_mb:.0f} MB.",
-                                most_mb=max_bytes / 1e6), say("upload.smaller", "Send a smaller image."))
+        raise ImageTooLarge(
+            say(
+                "upload.too-large",
+                "The file has more than {most_mb:.0f} MB.",
+                most_mb=max_bytes / 1e6,
+            ),
+            say("upload.smaller", "Send a smaller image."),
+        )
     return data, texts
 
 
@@ -70,9 +82,11 @@ async def binary_points(request: Request) -> Points:
     """Return (n, 2) points from little-endian float64 pairs."""
     data = await request.body()
     if len(data) % 16:
-        raise BadInput(f"{len(data)} bytes are not pairs of float64 values.",
-                       "Send 16 bytes per point: x and y, little-endian.",
-                       reason="bad-points")
+        raise BadInput(
+            f"{len(data)} bytes are not pairs of float64 values.",
+            "Send 16 bytes per point: x and y, little-endian.",
+            reason="bad-points",
+        )
     return as_points(np.frombuffer(data, "<f8").reshape(-1, 2))
 
 
@@ -84,15 +98,28 @@ def fit_task(services: Services, body: FitRequest, models: Iterable[str]) -> Cal
     given = image_size(body.image_size)
     size = given if snapshot is None else snapshot.size
     if size is None:
-        raise BadInput("The request has neither a snapshot nor an image size.", 'Send "snapshot" or "image_size".',
-                       reason="no-image-size")
+        raise BadInput(
+            "The request has neither a snapshot nor an image size.",
+            'Send "snapshot" or "image_size".',
+            reason="no-image-size",
+        )
     if given is not None and given != size:
-        raise Conflict(f"The snapshot is {size}, not {given}.", "Omit image_size.", reason="size-mismatch")
+        raise Conflict(
+            f"The snapshot is {size}, not {given}.", "Omit image_size.", reason="size-mismatch"
+        )
     observations = observations_from_json([form.model_dump() for form in body.observations])
     task = CalibrationRequest(
-        observations, field, region, size, body.model, with_lens(services, body.options),
-        camera=body.camera or (snapshot.camera if snapshot else None), snapshot=snapshot.id if snapshot else None,
-        image_sha256=snapshot.sha256 if snapshot else None, note=body.note)
+        observations,
+        field,
+        region,
+        size,
+        body.model,
+        with_lens(services, body.options),
+        camera=body.camera or (snapshot.camera if snapshot else None),
+        snapshot=snapshot.id if snapshot else None,
+        image_sha256=snapshot.sha256 if snapshot else None,
+        note=body.note,
+    )
     task.check_names(models)
     return task
 
@@ -100,7 +127,11 @@ def fit_task(services: Services, body: FitRequest, models: Iterable[str]) -> Cal
 def with_lens(services: Services, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return a fit's options with the lens itself where its id is given, so that the calibration contains it."""
     lens = options.get("lens")
-    return {**options, "lens": _lens_option(services.store, lens)} if isinstance(lens, str) else dict(options)
+    return (
+        {**options, "lens": _lens_option(services.store, lens)}
+        if isinstance(lens, str)
+        else dict(options)
+    )
 
 
 def _lens_option(store: Store, id: str) -> dict[str, Any]:
@@ -109,19 +140,28 @@ def _lens_option(store: Store, id: str) -> dict[str, Any]:
     with suppress(NotFound):
         lens = store.lenses.get(id)
         return {"id": id, "name": lens["model"], "lens": lens["lens"]}
-    raise NotFound(f"There is no calibration or lens {id!r}.",
-                   "List them with GET /api/v1/calibrations and GET /api/v1/lenses.", reason="unknown-lens")
+    raise NotFound(
+        f"There is no calibration or lens {id!r}.",
+        "List them with GET /api/v1/calibrations and GET /api/v1/lenses.",
+        reason="unknown-lens",
+    )
 
 
 def image_size(size: list[int] | None) -> ImageSize | None:
     return None if size is None else ImageSize.of(size)
 
 
-def pictures_of_one_size(services: Services, ids: Sequence[str], size: ImageSize | None,
-                         fix: str) -> Sequence[dict[str, str]]:
+def pictures_of_one_size(
+    services: Services, ids: Sequence[str], size: ImageSize | None, fix: str
+) -> Sequence[dict[str, str]]:
     """Return snapshots as jobs read them; Conflict where they are of several sizes, or of another than was given."""
-    sizes = {services.store.snapshots.get(id).size for id in ids} | ({size} if size is not None else set())
+    sizes = {services.store.snapshots.get(id).size for id in ids} | (
+        {size} if size is not None else set()
+    )
     if len(sizes) > 1:
-        raise Conflict(f"The images have different sizes: {' and '.join(sorted(map(str, sizes)))}.", fix,
-                       reason="size-mismatch")
+        raise Conflict(
+            f"The images have different sizes: {' and '.join(sorted(map(str, sizes)))}.",
+            fix,
+            reason="size-mismatch",
+        )
     return services.store.snapshots.all_for_job(ids)

@@ -28,7 +28,9 @@ async def operator_of(request: Request) -> str:
 
     It is claimed, not proved.
     """
-    return operator_name(request.headers.get(OPERATOR_HEADER, "")) or (request.client.host if request.client else "")
+    return operator_name(request.headers.get(OPERATOR_HEADER, "")) or (
+        request.client.host if request.client else ""
+    )
 
 
 async def caller_of(request: Request) -> Caller:
@@ -59,11 +61,15 @@ def version_of(services: ServicesDep, id: Id) -> FoundVersion:
 VersionDep = Annotated[FoundVersion, Depends(version_of)]
 
 
-def in_thread(work: Callable[Concatenate[Services, ...], Answer]) -> Callable[..., Awaitable[Answer]]:
+def in_thread(
+    work: Callable[Concatenate[Services, ...], Answer],
+) -> Callable[..., Awaitable[Answer]]:
     """Make a route of work of a second or two: it waits for one of the services' threads and runs there."""
+
     @wraps(work)  # with its parameters
     async def route(services: Services, **given: Any) -> Answer:
         return await services.run_in_thread(work, services, **given)
+
     return route
 
 

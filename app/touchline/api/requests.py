@@ -29,10 +29,14 @@ Format = Literal["png", "jpg"]
 Id = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 IdQuery = Annotated[str, Query(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 MarginPx = Annotated[int, Query(ge=0, le=2000, description="carpet shown around the region, px")]
-WidthPx = Annotated[int | None, Query(ge=16, le=8192, description="width of the image, px; by default the natural "
-                                                                  "width")]
+WidthPx = Annotated[
+    int | None,
+    Query(ge=16, le=8192, description="width of the image, px; by default the natural width"),
+]
 Limit = Annotated[int, Query(ge=1, le=200)]
-AsJob = Annotated[bool, Query(description="answer 202 with a job immediately and run it in the background")]
+AsJob = Annotated[
+    bool, Query(description="answer 202 with a job immediately and run it in the background")
+]
 Cursor = Annotated[str | None, Query(max_length=200)]
 
 
@@ -54,8 +58,13 @@ class FitRequest(Strict):
     field: Name
     region: Name
     rotate: Rotate | None = None
-    model: Annotated[Name, Field(description='of GET /models; or "auto", the one that a comparison of all recommends, '
-                                 "whose reasons are in the report's model_choice")] = "polynomial"
+    model: Annotated[
+        Name,
+        Field(
+            description='of GET /models; or "auto", the one that a comparison of all recommends, '
+            "whose reasons are in the report's model_choice"
+        ),
+    ] = "polynomial"
     options: OptionValues = Field({})
     observations: Annotated[list[ObservationForm], Field(max_length=500)]
     note: Note = ""
@@ -107,7 +116,9 @@ class RestoreBackup(Strict):
 class ControlChanges(Strict):
     """New values by the control's name; "auto" hands it to the camera."""
 
-    controls: Annotated[dict[OptionText, bool | int | Number | OptionText], Field(min_length=1, max_length=20)]
+    controls: Annotated[
+        dict[OptionText, bool | int | Number | OptionText], Field(min_length=1, max_length=20)
+    ]
 
 
 class DraftBody(Strict):
@@ -128,7 +139,9 @@ class TransformRequest(Strict):
     target: FrameName = Field(alias="to")
     points: Annotated[list[Pair], Field(max_length=MAX_TRANSFORM_POINTS)]
     z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
-    image_size: Size | None = Field(None, description="size of the image of the points, compared with the calibration")
+    image_size: Size | None = Field(
+        None, description="size of the image of the points, compared with the calibration"
+    )
 
 
 class PictureChoice(Strict):
@@ -136,7 +149,8 @@ class PictureChoice(Strict):
 
     snapshot: Name | None = None
     snapshots: Annotated[list[Name], Field(min_length=1, max_length=MAX_PICTURES)] | None = Field(
-        None, description="several of one camera: moving objects are removed")
+        None, description="several of one camera: moving objects are removed"
+    )
     camera: Name | None = Field(None, description="take images now; moving objects are removed")
 
     @property
@@ -147,9 +161,11 @@ class PictureChoice(Strict):
         """Refuse more than one, or none where one is required."""
         count = sum(given is not None for given in (self.snapshot, self.snapshots, self.camera))
         if count > 1 or (required and count == 0):
-            raise BadInput("The request does not select an image.",
-                           "Send exactly one of snapshot, snapshots and camera.",
-                           reason="bad-request")
+            raise BadInput(
+                "The request does not select an image.",
+                "Send exactly one of snapshot, snapshots and camera.",
+                reason="bad-request",
+            )
 
 
 Purpose = Literal["picture", "board", "straight", "rig", "seeing"]
@@ -160,11 +176,16 @@ class CameraSnapshot(Strict):
 
     camera: Name
     frames: Annotated[int, Field(ge=1, le=60)] = Field(
-        1, description="more than 1: moving people and robots are removed, and noise is reduced")
+        1, description="more than 1: moving people and robots are removed, and noise is reduced"
+    )
     over_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
-        None, description="time between the first and the last, s; by default a third of a second for each")
+        None,
+        description="time between the first and the last, s; by default a third of a second for each",
+    )
     purpose: Purpose = Field(
-        "picture", description="purpose: a field, a board, straight edges, the check of a rig, or colours")
+        "picture",
+        description="purpose: a field, a board, straight edges, the check of a rig, or colours",
+    )
 
 
 class Problem(BaseModel):
@@ -181,5 +202,12 @@ class Problem(BaseModel):
 
 # "default" describes every refusal: any call may be refused for its token, its size or its path.
 PROBLEMS: dict[int | str, dict[str, Any]] = {
-    "default": {"description": "Problem and remedy", "content": {
-        "application/problem+json": {"schema": {"$ref": f"#/components/schemas/{Problem.__name__}"}}}}}
+    "default": {
+        "description": "Problem and remedy",
+        "content": {
+            "application/problem+json": {
+                "schema": {"$ref": f"#/components/schemas/{Problem.__name__}"}
+            }
+        },
+    }
+}

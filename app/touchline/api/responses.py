@@ -28,7 +28,9 @@ from touchline.services.container import Services
 TAGS = re.compile(r'"[^"]*"')  # whether weak or not: of an answer to GET the same
 
 # What ends a header or a path, is no letter anywhere, or turns the reading direction and so hides a name's ending.
-UNSAFE = re.compile(r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]')
+UNSAFE = re.compile(
+    r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]'
+)
 # characters: of four bytes each, with %-signs, still no header that a proxy would refuse
 MAX_LENGTH = 80
 END_LENGTH = 30
@@ -38,7 +40,9 @@ NO_STORE = {"Cache-Control": "no-store"}
 REVALIDATED = {"Cache-Control": "private, no-cache"}
 
 
-def revalidated(asked: Headers, content: bytes, etag: str, media_type: str, headers: Mapping[str, str]) -> Response:
+def revalidated(
+    asked: Headers, content: bytes, etag: str, media_type: str, headers: Mapping[str, str]
+) -> Response:
     """Return the content with its ETag; 304 without it where the If-None-Match of the request names that."""
     known = asked.get("if-none-match", "")
     sent = {**headers, "ETag": etag}
@@ -57,7 +61,7 @@ def disposition(kind: Literal["attachment", "inline"], name: str) -> str:
     """Return RFC 6266: a name of ASCII letters for everybody, and the true one in filename* where it differs."""
     name = UNSAFE.sub("_", name).strip("-. ") or "file"
     if len(name) > MAX_LENGTH:  # its end says version and format
-        name = f"{name[:MAX_LENGTH - END_LENGTH - 1]}_{name[-END_LENGTH:]}"
+        name = f"{name[: MAX_LENGTH - END_LENGTH - 1]}_{name[-END_LENGTH:]}"
     # é is e and an accent
     letters = "".join(letter for letter in normalize("NFKD", name) if not combining(letter))
     plain = re.sub(r"[^A-Za-z0-9._-]", "_", letters)
@@ -119,14 +123,19 @@ def cached_response(work: Callable[..., Any]) -> Callable[..., Awaitable[Respons
         if (answer := services.answers.get(key)) is None:
             made = await make(services, **given)
             answer = services.answers.put(key, CachedAnswer.of(bytes(made.body), made.media_type))
-        return revalidated(request.headers, answer.content, answer.etag, answer.media_type, REVALIDATED)
+        return revalidated(
+            request.headers, answer.content, answer.etag, answer.media_type, REVALIDATED
+        )
+
     asked = Parameter("request", Parameter.KEYWORD_ONLY, annotation=Request)
     own = signature(work)
     route.__signature__ = own.replace(parameters=[*own.parameters.values(), asked])  # type: ignore[attr-defined]
     return route
 
 
-def picture(pixels: NDArray[np.uint8], format: str, headers: dict[str, str] | None = None) -> Response:
+def picture(
+    pixels: NDArray[np.uint8], format: str, headers: dict[str, str] | None = None
+) -> Response:
     """Return a picture as a file of that format."""
     return Response(encode(pixels, format), media_type=ENCODED_MEDIA_TYPES[format], headers=headers)
 
@@ -145,18 +154,31 @@ def accepted(job: Job) -> Json:
     return Json(job_json(job), 202, headers={"Location": f"{API}/jobs/{job.id}"})
 
 
-async def finished_or_queued(request: Request, services: Services, kind: str, run: Callable[[Any, Progress], Any],
-                             spec: Any, as_job: bool, saver: str | None = None, context: Any = None,
-                             respond: Callable[[Any], Response] = Json) -> Response:
+async def finished_or_queued(
+    request: Request,
+    services: Services,
+    kind: str,
+    run: Callable[[Any, Progress], Any],
+    spec: Any,
+    as_job: bool,
+    saver: str | None = None,
+    context: Any = None,
+    respond: Callable[[Any], Response] = Json,
+) -> Response:
     """Return 202 with a job at once, or wait for the result while the caller does.
 
     saver, context: what keeps the result, as JobEngine.start takes them. respond: returns the answer of a result.
     """
     caller = await caller_of(request)
     if as_job:
-        return accepted(await services.run_in_thread(services.jobs.start, kind, run, spec, saver, context,
-                                                     caller=caller))
-    job = await services.run_as_job(kind, run, spec, request.is_disconnected, saver, context, caller)
+        return accepted(
+            await services.run_in_thread(
+                services.jobs.start, kind, run, spec, saver, context, caller=caller
+            )
+        )
+    job = await services.run_as_job(
+        kind, run, spec, request.is_disconnected, saver, context, caller
+    )
     if job.problem is not None:
         raise error_of(job.problem)
     if job.state != "done":

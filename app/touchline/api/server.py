@@ -32,14 +32,18 @@ def with_token(settings: Settings, say: Callable[[str], None]) -> Settings:
     if not path.is_file():
         settings.data.mkdir(parents=True, exist_ok=True)
         token = secrets.token_urlsafe(TOKEN_BYTES)
-        with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as file:
+        with open(
+            os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii"
+        ) as file:
             file.write(token + "\n")
         say(f"Access token, shown only once: {token}\n(saved in {path})")
     token = path.read_text(encoding="ascii").strip()
     if len(token) < 16:
-        raise Conflict(f"The token in {path} is too short.", "Delete that file. A new token is created at the next "
-                                                             "start.",
-                       reason="bad-token")
+        raise Conflict(
+            f"The token in {path} is too short.",
+            "Delete that file. A new token is created at the next start.",
+            reason="bad-token",
+        )
     return settings.model_validate({**settings.model_dump(), "token": token})
 
 
@@ -53,8 +57,11 @@ def open_socket(host: str, port: int) -> socket.socket:
         listener.listen(BACKLOG)  # from here on a client waits for its response and is not refused
     except OSError as error:
         listener.close()
-        raise Unavailable(f"Cannot listen on {host}, port {port}: {error.strerror}.",
-                          "Choose another port with --port, or 0 for any free port.", reason="port-taken") from None
+        raise Unavailable(
+            f"Cannot listen on {host}, port {port}: {error.strerror}.",
+            "Choose another port with --port, or 0 for any free port.",
+            reason="port-taken",
+        ) from None
     listener.set_inheritable(False)
     return listener
 
@@ -79,14 +86,27 @@ class _AnnouncedServer(uvicorn.Server):
             self._announce()
 
 
-def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: type[asyncio.Protocol],
-        announce: Callable[[], None], *, log_level: str = "warning") -> None:
+def run(
+    app: ASGIApp,
+    listener: socket.socket,
+    settings: Settings,
+    connection: type[asyncio.Protocol],
+    announce: Callable[[], None],
+    *,
+    log_level: str = "warning",
+) -> None:
     """Serve until SIGTERM or Ctrl-C; requests in progress get STOP_S seconds. connection: uvicorn's class, or ours."""
     config = uvicorn.Config(
-        app, log_level=log_level, access_log=log_level == "info", server_header=False,
-        timeout_graceful_shutdown=STOP_S, timeout_keep_alive=20,
-        http=connection, ws="websockets-sansio",
-        ws_per_message_deflate=False)  # JPEGs do not get smaller, only the server slower
+        app,
+        log_level=log_level,
+        access_log=log_level == "info",
+        server_header=False,
+        timeout_graceful_shutdown=STOP_S,
+        timeout_keep_alive=20,
+        http=connection,
+        ws="websockets-sansio",
+        ws_per_message_deflate=False,
+    )  # JPEGs do not get smaller, only the server slower
     logging.getLogger("uvicorn.error").addFilter(_without_traceback_of_bad_bytes)
     _mask_logs()
     with contextlib.closing(listener), contextlib.suppress(KeyboardInterrupt):
@@ -107,7 +127,10 @@ class MaskedFormatter(logging.Formatter):
 def _mask_logs() -> None:
     """Mask all that this process logs: by uvicorn's handlers, by root's, and by Python's own where there are none."""
     loggers = map(logging.getLogger, ("", "uvicorn", "uvicorn.access"))
-    for handler in (logging.lastResort, *(handler for logger in loggers for handler in logger.handlers)):
+    for handler in (
+        logging.lastResort,
+        *(handler for logger in loggers for handler in logger.handlers),
+    ):
         if handler is not None and not isinstance(handler.formatter, MaskedFormatter):
             handler.setFormatter(MaskedFormatter(handler.formatter or logging.Formatter()))
 
@@ -127,6 +150,9 @@ def data_folder(path: Path) -> Path:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise Unavailable(f"The data folder {path} is not writable: {error.strerror}.",
-                          "Choose another folder with --data.", reason="data-folder") from None
+        raise Unavailable(
+            f"The data folder {path} is not writable: {error.strerror}.",
+            "Choose another folder with --data.",
+            reason="data-folder",
+        ) from None
     return path.resolve()

@@ -27,8 +27,18 @@ async def websocket_session(socket: WebSocket) -> AsyncIterator[None]:
         try:
             yield
         except TouchlineError as error:
-            await send_json(socket, stated({"type": MANUAL + error.reason, "title": error.title,
-                                            "status": error.status, "detail": error.what, "fix": error.fix}))
+            await send_json(
+                socket,
+                stated(
+                    {
+                        "type": MANUAL + error.reason,
+                        "title": error.title,
+                        "status": error.status,
+                        "detail": error.what,
+                        "fix": error.fix,
+                    }
+                ),
+            )
             await socket.close(4000 + error.status, error.reason[:100])
             return
     with suppress(TimeoutError, WebSocketDisconnect, RuntimeError):
@@ -52,9 +62,11 @@ async def run_until_first(*coroutines: Coroutine[Any, Any, None]) -> None:
 
 async def send_stream(socket: WebSocket, values: AsyncIterator[Any]) -> None:
     """Send each value as JSON until there are no more or the client has gone; then close."""
+
     async def send_all() -> None:
         async for value in values:
             await send_json(socket, value)
+
     async with websocket_session(socket):
         await run_until_first(send_all(), until_disconnect(socket))
 

@@ -31,7 +31,15 @@ import numpy as np
 from touchline.automatic.seen_lines import RidgeMaps, UndistortedPlane, parallel_pairs, square_maps
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.field import Region
-from touchline.core.geometry import Array, ImageSize, Indices, Mask, Points, homogeneous, inside_picture
+from touchline.core.geometry import (
+    Array,
+    ImageSize,
+    Indices,
+    Mask,
+    Points,
+    homogeneous,
+    inside_picture,
+)
 from touchline.core.statements import say
 from touchline.fitting.field_pattern import FieldPattern
 from touchline.fitting.linear import pose_from_homography
@@ -71,19 +79,27 @@ class Hypotheses:
 NO_HYPOTHESES = Hypotheses(np.empty((0, 3, 3)), np.empty(0))
 
 
-def four_line_hypotheses(quadrilaterals: Array, levels_x: Array, levels_y: Array, is_either_way: bool = False,
-                         ) -> Hypotheses:
+def four_line_hypotheses(
+    quadrilaterals: Array,
+    levels_x: Array,
+    levels_y: Array,
+    is_either_way: bool = False,
+) -> Hypotheses:
     """Return every camera that four lines and two pairs of levels allow; the same input gives the same order.
 
     quadrilaterals: as quadrilaterals() of seen_lines.py has them. is_either_way: of a camera and the same over the
     field turned by 180°, just one.
     """
-    pairs_x = np.array([(a, b) for a in levels_x for b in levels_x if a != b and (a < b or not is_either_way)]
-                       ).reshape(-1, 2)
+    pairs_x = np.array(
+        [(a, b) for a in levels_x for b in levels_x if a != b and (a < b or not is_either_way)]
+    ).reshape(-1, 2)
     pairs_y = np.array([(a, b) for a in levels_y for b in levels_y if a != b]).reshape(-1, 2)
     if not len(quadrilaterals) or not len(pairs_x) or not len(pairs_y):
         return NO_HYPOTHESES
-    of_x, of_y = (grid.ravel() for grid in np.meshgrid(np.arange(len(pairs_x)), np.arange(len(pairs_y)), indexing="ij"))
+    of_x, of_y = (
+        grid.ravel()
+        for grid in np.meshgrid(np.arange(len(pairs_x)), np.arange(len(pairs_y)), indexing="ij")
+    )
     wide, high = np.ptp(pairs_x[of_x], axis=1), np.ptp(pairs_y[of_y], axis=1)
     sense = np.sign((pairs_x[of_x, 1] - pairs_x[of_x, 0]) * (pairs_y[of_y, 1] - pairs_y[of_y, 0]))
     # Many rectangles have the same ratio: each ratio is judged once.
@@ -133,16 +149,24 @@ def sides_by_focal(maps: Array) -> tuple[Array, Array]:
     return length_one / length_two, product / (length_one * length_two)
 
 
-def three_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array, is_either_way: bool = False,
-                          ) -> Hypotheses:
+def three_line_hypotheses(
+    lines: list[Array],
+    levels_x: Array,
+    levels_y: Array,
+    is_either_way: bool = False,
+) -> Hypotheses:
     """Return cameras from two lines at different levels of one axis and one line at a level of the other.
 
     is_either_way: as for four_line_hypotheses().
     """
     maps, focal = _squares(lines[:MAX_THREE_LINE_LINES])
-    rectangles = [_square_from_field(corners) for corners in _field_squares(levels_x, levels_y, is_either_way)]
-    rectangles += [_square_from_field(corners[:, ::-1])
-                   for corners in _field_squares(levels_y, levels_x, is_either_way)]
+    rectangles = [
+        _square_from_field(corners) for corners in _field_squares(levels_x, levels_y, is_either_way)
+    ]
+    rectangles += [
+        _square_from_field(corners[:, ::-1])
+        for corners in _field_squares(levels_y, levels_x, is_either_way)
+    ]
     if not len(maps) or not rectangles:
         return NO_HYPOTHESES
     squares_from_field = np.array(rectangles)
@@ -154,9 +178,13 @@ def three_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array, 
 
 def _field_squares(own: Array, other: Array, is_either_way: bool) -> list[Array]:
     """Return corners (4, 2) mm of squares: along the third line, at level c, from level a to b, then on from c."""
-    return [np.array([[a, c], [b, c], [b, c + side], [a, c + side]])
-            for a in own for b in own[(own > a) | ((own < a) & (not is_either_way))]
-            for c in other for side in (b - a, a - b)]
+    return [
+        np.array([[a, c], [b, c], [b, c + side], [a, c + side]])
+        for a in own
+        for b in own[(own > a) | ((own < a) & (not is_either_way))]
+        for c in other
+        for side in (b - a, a - b)
+    ]
 
 
 def _square_from_field(corners: Array) -> Array:
@@ -170,10 +198,16 @@ def _square_from_field(corners: Array) -> Array:
 
 def _squares(lines: list[Array]) -> tuple[Array, Array]:
     """Return maps (n, 3, 3) from the unit square to the picture, with their focal lengths (n,)."""
-    found = [_squares_of(lines[i], lines[j], lines[k]) for i, j in parallel_pairs(lines)
-             for k in range(len(lines)) if k not in (i, j)]
-    return (np.concatenate([np.empty((0, 3, 3)), *(maps for maps, _ in found)]),
-            np.concatenate([np.empty(0), *(focal for _, focal in found)]))
+    found = [
+        _squares_of(lines[i], lines[j], lines[k])
+        for i, j in parallel_pairs(lines)
+        for k in range(len(lines))
+        if k not in (i, j)
+    ]
+    return (
+        np.concatenate([np.empty((0, 3, 3)), *(maps for maps, _ in found)]),
+        np.concatenate([np.empty(0), *(focal for _, focal in found)]),
+    )
 
 
 def _squares_of(one: Array, two: Array, third: Array) -> tuple[Array, Array]:
@@ -211,9 +245,15 @@ def check_corners(corners: Points) -> None:
     edges = np.roll(corners, -1, axis=0) - corners
     following = np.roll(edges, -1, axis=0)
     if (edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] <= 0).any():
-        raise BadInput(say("corners.order", "The corners do not run clockwise around the covered area."), say(
-            "corners.order.fix", "Give the top left, top right, bottom right and bottom left corner of the covered "
-                                 "area, as it is when corrected."), reason="bad-corners")
+        raise BadInput(
+            say("corners.order", "The corners do not run clockwise around the covered area."),
+            say(
+                "corners.order.fix",
+                "Give the top left, top right, bottom right and bottom left corner of the covered "
+                "area, as it is when corrected.",
+            ),
+            reason="bad-corners",
+        )
 
 
 def outline_about(corners: Points) -> Points:
@@ -222,7 +262,9 @@ def outline_about(corners: Points) -> Points:
     return np.asarray(middle + (1 + CORNER_MARGIN) * (corners - middle))
 
 
-def cameras_from_corners(corners: Points, region: Region, size: ImageSize) -> list[RayCameraParameters]:
+def cameras_from_corners(
+    corners: Points, region: Region, size: ImageSize
+) -> list[RayCameraParameters]:
     """Return a camera for each bend under which the corners can be those of the region seen from above.
 
     corners (4, 2) raw px, clockwise: top left, top right, bottom right, bottom left of the region as it stands when
@@ -250,22 +292,37 @@ def _focal_of(homography: Array) -> float:
     """Return the focal length, half diagonals, under which right angles and lengths on the carpet come out best."""
     one, two = homography[:, 0], homography[:, 1]
     p = FOCALS**2
-    length_one, length_two = (np.sqrt((column[:2] ** 2).sum() + p * column[2] ** 2) for column in (one, two))
+    length_one, length_two = (
+        np.sqrt((column[:2] ** 2).sum() + p * column[2] ** 2) for column in (one, two)
+    )
     cosine = (one[:2] @ two[:2] + p * one[2] * two[2]) / (length_one * length_two)
     error = np.abs(cosine) + np.abs(np.log(length_one / length_two))
-    return float(FOCALS[np.argmin(error + USUAL_FOCAL_WEIGHT * np.abs(np.log(FOCALS / USUAL_FOCAL)))])
+    return float(
+        FOCALS[np.argmin(error + USUAL_FOCAL_WEIGHT * np.abs(np.log(FOCALS / USUAL_FOCAL)))]
+    )
 
 
-def initial_camera(homography: Array, focal: float, plane: UndistortedPlane,
-                   size: ImageSize) -> RayCameraParameters | None:
+def initial_camera(
+    homography: Array, focal: float, plane: UndistortedPlane, size: ImageSize
+) -> RayCameraParameters | None:
     """Return the camera of a homography from the field to the undistorted plane; focal is in the plane's units."""
     focal_px = focal * plane.unit_px
     try:
-        rotation, position = pose_from_homography(np.diag([plane.unit_px, plane.unit_px, 1.0]) @ homography, focal_px)
+        rotation, position = pose_from_homography(
+            np.diag([plane.unit_px, plane.unit_px, 1.0]) @ homography, focal_px
+        )
     except FitFailed:
         return None
-    return RayCameraParameters(Division.LENS, float(np.log(focal_px)), 1.0, np.array(size.centre),
-                               np.array([plane.bend * focal**2]), rotation, position, np.zeros(0))
+    return RayCameraParameters(
+        Division.LENS,
+        float(np.log(focal_px)),
+        1.0,
+        np.array(size.centre),
+        np.array([plane.bend * focal**2]),
+        rotation,
+        position,
+        np.zeros(0),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,11 +339,18 @@ class Scores:
         return float(np.max(self.found_px, where=self.found > MIN_CREDIBLE_FOUND, initial=0.0))
 
 
-def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps, inner: Mask,
-          ) -> Scores:
+def score(
+    homographies: Array,
+    plane: UndistortedPlane,
+    pattern: FieldPattern,
+    ridges: RidgeMaps,
+    inner: Mask,
+) -> Scores:
     """Score homographies (n, 3, 3) from field mm to the undistorted plane. inner (k,): samples within the border."""
-    parts = [_score_batch(homographies[start:start + MAX_BATCH], plane, pattern, ridges, inner)
-             for start in range(0, len(homographies), MAX_BATCH)]
+    parts = [
+        _score_batch(homographies[start : start + MAX_BATCH], plane, pattern, ridges, inner)
+        for start in range(0, len(homographies), MAX_BATCH)
+    ]
     return Scores(*(np.concatenate([np.empty(0), *(part[i] for part in parts)]) for i in range(3)))
 
 
@@ -295,21 +359,35 @@ def harmonic_mean(one: Any, other: Any) -> Any:
     return 2 * one * other / np.maximum(one + other, 1e-9)
 
 
-def _score_batch(maps: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps, inner: Mask,
-                 ) -> tuple[Array, Array, Array]:
+def _score_batch(
+    maps: Array,
+    plane: UndistortedPlane,
+    pattern: FieldPattern,
+    ridges: RidgeMaps,
+    inner: Mask,
+) -> tuple[Array, Array, Array]:
     raw = project(maps, pattern.points, plane)
-    ahead = project(maps, pattern.points + pattern.along * (pattern.step_mm / 4)[:, None], plane) - raw
+    ahead = (
+        project(maps, pattern.points + pattern.along * (pattern.step_mm / 4)[:, None], plane) - raw
+    )
     step_px = np.linalg.norm(ahead, axis=-1) * 4
     inside = inside_picture(raw, ridges.size, 2) & np.isfinite(step_px)
     length = np.where(inside, step_px, 0.0)
-    found = ridges.found(np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0)) * length
+    found = (
+        ridges.found(
+            np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0)
+        )
+        * length
+    )
     found_px = found.sum(axis=1)
     return found_px / np.maximum(length.sum(axis=1), 1e-9), found_px, found @ inner
 
 
 def count_within(maps: Array, outer_mm: Array, plane: UndistortedPlane, points: Points) -> Array:
     """Return how many of the raw points (k, 2) each of (n, 3, 3) sees within the field's border (2,), in mm."""
-    undistorted = homogeneous(np.nan_to_num(plane.undistorted_from_raw(points), nan=1e3)).astype(np.float32)
+    undistorted = homogeneous(np.nan_to_num(plane.undistorted_from_raw(points), nan=1e3)).astype(
+        np.float32
+    )
     field = undistorted @ np.linalg.inv(maps).transpose(0, 2, 1).astype(np.float32)
     with np.errstate(all="ignore"):
         return (np.abs(field[..., :2] / field[..., 2:]) < outer_mm).all(axis=-1).sum(axis=1)

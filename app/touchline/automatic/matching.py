@@ -61,7 +61,9 @@ UPRIGHT_WEIGHT, REGION_WEIGHT = 0.02, 0.15  # of a score: of cameras that explai
 
 MAX_TURN_OFF_DEG = 50  # of a roughly known rotation
 MIN_HEIGHT_RATIO, MAX_HEIGHT_RATIO = 0.7, 1.4  # to a roughly known height
-Pixel = tuple[Annotated[float, Interval(ge=-1e5, le=1e5)], Annotated[float, Interval(ge=-1e5, le=1e5)]]
+Pixel = tuple[
+    Annotated[float, Interval(ge=-1e5, le=1e5)], Annotated[float, Interval(ge=-1e5, le=1e5)]
+]
 
 
 @dataclass(frozen=True)
@@ -161,42 +163,86 @@ class FieldMatcher:
         sides = [region.width_mm, region.height_mm]
         u, v = (np.linspace(0.04, 0.96, REGION_CELLS) * side for side in sides)
         cells = region.field_from_region(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
-        is_upright = is_half_turn_symmetric(field) and np.allclose([sum(region.x_mm), sum(region.y_mm)], 0) and (
-            prior.turn_deg is None)
-        return cls(seen, prior, outer_mm(field), *_patterns(field), levels(field, region), cells,
-                   np.ones((1, len(cells)), bool), 0.0,
-                   region.field_from_region(np.array([[0.4, 0.5], [0.6, 0.5]]) * sides),
-                   region.field_from_region(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * sides), is_upright)
+        is_upright = (
+            is_half_turn_symmetric(field)
+            and np.allclose([sum(region.x_mm), sum(region.y_mm)], 0)
+            and (prior.turn_deg is None)
+        )
+        return cls(
+            seen,
+            prior,
+            outer_mm(field),
+            *_patterns(field),
+            levels(field, region),
+            cells,
+            np.ones((1, len(cells)), bool),
+            0.0,
+            region.field_from_region(np.array([[0.4, 0.5], [0.6, 0.5]]) * sides),
+            region.field_from_region(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * sides),
+            is_upright,
+        )
 
     @classmethod
-    def over_any(cls, seen: SeenLines, field: Field, regions: Sequence[Region], prior: PosePrior) -> Self:
+    def over_any(
+        cls, seen: SeenLines, field: Field, regions: Sequence[Region], prior: PosePrior
+    ) -> Self:
         """For cameras above any of the regions; of one and the same turned by 180°, where lines tell no difference."""
         half = np.array([field.length_mm, field.width_mm]) / 2
-        x, y = (np.linspace(-0.96, 0.96, count) * side for count, side in zip(CELLS, half, strict=True))
+        x, y = (
+            np.linspace(-0.96, 0.96, count) * side for count, side in zip(CELLS, half, strict=True)
+        )
         cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        areas = np.array([((cells >= (region.x_mm[0], region.y_mm[0])) & (cells <= (region.x_mm[1], region.y_mm[1]))
-                           ).all(axis=1) for region in regions])
+        areas = np.array(
+            [
+                (
+                    (cells >= (region.x_mm[0], region.y_mm[0]))
+                    & (cells <= (region.x_mm[1], region.y_mm[1]))
+                ).all(axis=1)
+                for region in regions
+            ]
+        )
         whole = Region("", (-half[0], half[0]), (-half[1], half[1]))
-        return cls(seen, prior, outer_mm(field), *_patterns(field), levels(field, whole), cells, areas, MIN_OVERLAP,
-                   half * np.array([[-0.1, 0.0], [0.1, 0.0]]), cells, is_either_way=is_half_turn_symmetric(field))
+        return cls(
+            seen,
+            prior,
+            outer_mm(field),
+            *_patterns(field),
+            levels(field, whole),
+            cells,
+            areas,
+            MIN_OVERLAP,
+            half * np.array([[-0.1, 0.0], [0.1, 0.0]]),
+            cells,
+            is_either_way=is_half_turn_symmetric(field),
+        )
 
     def candidates(self, progress: Progress = no_progress) -> list[CameraCandidate]:
         """Return the cameras that the lines allow, the best first: of four lines, of three where none is convincing."""
         progress(0.2, "Matching the lines")
-        found = self.ranked(self.refined(self.matches(), MAX_REFINED, subprogress(progress, 0.3, 0.6)))
+        found = self.ranked(
+            self.refined(self.matches(), MAX_REFINED, subprogress(progress, 0.3, 0.6))
+        )
         if not found or found[0].value < MIN_GOOD_SCORE:
             progress(0.6, "Matching three lines and the arcs")
-            found = self.ranked(found + self.refined(self.three_line_matches(), MAX_REFINED_POOR,
-                                                     subprogress(progress, 0.7, 1.0)))
+            found = self.ranked(
+                found
+                + self.refined(
+                    self.three_line_matches(), MAX_REFINED_POOR, subprogress(progress, 0.7, 1.0)
+                )
+            )
         return found
 
     def matches(self) -> list[Match]:
         """Return the cameras that four lines allow."""
-        return self._scored(four_line_hypotheses(self.seen.quadrilaterals, *self.levels, self.is_either_way))
+        return self._scored(
+            four_line_hypotheses(self.seen.quadrilaterals, *self.levels, self.is_either_way)
+        )
 
     def three_line_matches(self) -> list[Match]:
         """Return the cameras that three lines allow."""
-        return self._scored(three_line_hypotheses(self.seen.lines, *self.levels, self.is_either_way))
+        return self._scored(
+            three_line_hypotheses(self.seen.lines, *self.levels, self.is_either_way)
+        )
 
     def _scored(self, hypotheses: Hypotheses) -> list[Match]:
         """Score all coarsely, and the best of those finely; return these."""
@@ -205,7 +251,10 @@ class FieldMatcher:
             return []
         shows = self._shows_area(maps)
         maps, focal = maps[shows], focal[shows]
-        for pattern, most in ((self.coarse.every(EVERY_COARSE), MAX_COARSE), (self.coarse, MAX_FINE)):
+        for pattern, most in (
+            (self.coarse.every(EVERY_COARSE), MAX_COARSE),
+            (self.coarse, MAX_FINE),
+        ):
             if len(maps) > most:
                 scores = self._scores(maps, pattern)
                 value = harmonic_mean(scores.found, scores.found_px / max(scores.most_px, 1e-9))
@@ -217,12 +266,21 @@ class FieldMatcher:
         within_px = count_within(maps, self.outer_mm, self.seen.plane, points) * px_per_point
         unexplained_px = np.maximum(within_px - scores.inner_px, 0)
         explained = scores.found_px / np.maximum(scores.found_px + unexplained_px, 1e-9)
-        return [Match(homography, *map(float, figures)) for homography, *figures in zip(
-            maps, focal, scores.found, explained, scores.found_px, strict=True)]
+        return [
+            Match(homography, *map(float, figures))
+            for homography, *figures in zip(
+                maps, focal, scores.found, explained, scores.found_px, strict=True
+            )
+        ]
 
     def _scores(self, maps: Array, pattern: FieldPattern) -> Scores:
-        return score(maps, self.seen.plane, pattern, self.seen.ridges,
-                     np.all(np.abs(pattern.points) < self.outer_mm, axis=1))
+        return score(
+            maps,
+            self.seen.plane,
+            pattern,
+            self.seen.ridges,
+            np.all(np.abs(pattern.points) < self.outer_mm, axis=1),
+        )
 
     def _shows_area(self, maps: Array) -> Mask:
         """Return whether enough of an area is in the picture, large enough, and upright where no more is known."""
@@ -231,7 +289,10 @@ class FieldMatcher:
         with np.errstate(invalid="ignore"):
             low = np.where(inside[..., None], raw, np.inf).min(axis=1)
             high = np.where(inside[..., None], raw, -np.inf).max(axis=1)
-            fills = np.prod(np.maximum(high - low, 0), axis=-1) > MIN_REGION_FILL * size.width * size.height
+            fills = (
+                np.prod(np.maximum(high - low, 0), axis=-1)
+                > MIN_REGION_FILL * size.width * size.height
+            )
             seen_share, overlap = self._shares(inside)
             is_area = (seen_share > MIN_REGION_SEEN) & (overlap >= self.least_overlap)
             shows = is_area.any(axis=1) & fills
@@ -247,14 +308,21 @@ class FieldMatcher:
         """
         areas = self.areas.astype(np.float32)
         common, own = inside.astype(np.float32) @ areas.T, areas.sum(axis=1)
-        return common / own, common / np.maximum(inside.sum(axis=-1, keepdims=True) + own - common, 1)
+        return common / own, common / np.maximum(
+            inside.sum(axis=-1, keepdims=True) + own - common, 1
+        )
 
-    def refined(self, matches: list[Match], most: int, progress: Progress = no_progress) -> list[CameraCandidate]:
+    def refined(
+        self, matches: list[Match], most: int, progress: Progress = no_progress
+    ) -> list[CameraCandidate]:
         """Refine those of the best matches that differ and come near the best, until so many cameras are found."""
         candidates: list[CameraCandidate] = []
         matches = by_value(compared(matches))
-        distinct = [match for match in self._distinct_matches(matches, most + MORE_ATTEMPTS)
-                    if match.value >= MIN_RELATIVE_SCORE * matches[0].value]
+        distinct = [
+            match
+            for match in self._distinct_matches(matches, most + MORE_ATTEMPTS)
+            if match.value >= MIN_RELATIVE_SCORE * matches[0].value
+        ]
         for number, match in enumerate(distinct):
             if len(candidates) >= most:
                 break
@@ -272,8 +340,12 @@ class FieldMatcher:
         if start is None or candidate is None or height_mm is None or self._is_allowed(candidate):
             return candidate
         # From straight above the lines tell no focal length: then it is the one under which it hangs so high.
-        other = self._refined_from(self._initial_camera(match, match.focal * height_mm / start.position_mm[2]))
-        is_as_good = other is not None and other.refined.rms_px < MAX_RMS_RATIO * candidate.refined.rms_px
+        other = self._refined_from(
+            self._initial_camera(match, match.focal * height_mm / start.position_mm[2])
+        )
+        is_as_good = (
+            other is not None and other.refined.rms_px < MAX_RMS_RATIO * candidate.refined.rms_px
+        )
         return other if is_as_good else candidate
 
     def _initial_camera(self, match: Match, focal: float) -> RayCameraParameters | None:
@@ -281,8 +353,11 @@ class FieldMatcher:
 
     def refined_from_any(self, starts: Sequence[RayCameraParameters]) -> list[CameraCandidate]:
         """Refine cameras that are near the right one, and return the best of them."""
-        found = [candidate for start in starts
-                 if (candidate := self._refined_from(start)) and self._is_allowed(candidate)]
+        found = [
+            candidate
+            for start in starts
+            if (candidate := self._refined_from(start)) and self._is_allowed(candidate)
+        ]
         return [max(found, key=lambda candidate: candidate.value)] if found else []
 
     def _is_allowed(self, candidate: CameraCandidate) -> bool:
@@ -296,16 +371,22 @@ class FieldMatcher:
         if near is not None and near.value > MIN_GOOD_SCORE:
             return near
         far = self._refined_within(start, CAPTURE_PX)
-        return max((each for each in (near, far) if each is not None), key=lambda each: each.value, default=None)
+        return max(
+            (each for each in (near, far) if each is not None),
+            key=lambda each: each.value,
+            default=None,
+        )
 
-    def _refined_within(self, start: RayCameraParameters, captures_px: tuple[float, ...]) -> CameraCandidate | None:
+    def _refined_within(
+        self, start: RayCameraParameters, captures_px: tuple[float, ...]
+    ) -> CameraCandidate | None:
         refined = refine_camera(start, self.fine, self.seen, captures_px)
         return self._candidate(refined) if refined is not None else None
 
     def _distinct_matches(self, matches: list[Match], most: int) -> list[Match]:
         """Return the first of those that differ by more than refining would change."""
         distinct: list[tuple[Match, Points]] = []
-        for one in matches[:3 * MAX_FINE]:
+        for one in matches[: 3 * MAX_FINE]:
             at = project(one.homography[None], self.marks, self.seen.plane)[0]
             if not np.isfinite(at).all():
                 at = project(one.homography[None], self.cells, self.seen.plane)[0]
@@ -333,7 +414,9 @@ class FieldMatcher:
             ahead = state.project(flat + quarter_step_mm) - raw
             length_px = np.linalg.norm(ahead, axis=1) * 4
             inside = inside_picture(raw, size, 2) & np.isfinite(length_px)
-            seen_share, overlap = self._shares(inside_picture(state.project(with_z(self.cells)), size, 0))
+            seen_share, overlap = self._shares(
+                inside_picture(state.project(with_z(self.cells)), size, 0)
+            )
             ends = state.project(with_z(self.rightwards))
         shown = int(overlap.argmax())
         is_above = state.position_mm[2] > MIN_HEIGHT * self.outer_mm.min()
@@ -342,13 +425,17 @@ class FieldMatcher:
             return None
         found_px = self.seen.ridges.found(raw[inside], ahead[inside]) * length_px[inside]
         right = ends[1] - ends[0]
-        explained, unexplained = explained_points(state, self.fine, self.outer_mm,
-                                                  *self.seen.sampled(MAX_EXPLAINED_POINTS), size)
+        explained, unexplained = explained_points(
+            state, self.fine, self.outer_mm, *self.seen.sampled(MAX_EXPLAINED_POINTS), size
+        )
         return CameraCandidate(
-            refined, found=float(found_px.sum() / length_px[inside].sum()),
+            refined,
+            found=float(found_px.sum() / length_px[inside].sum()),
             explained=explained / max(explained + unexplained, 1),
-            turn_deg=float(np.degrees(np.arctan2(right[1], right[0]))), region_seen=float(seen_share[shown]),
-            found_px=float(found_px.sum()))
+            turn_deg=float(np.degrees(np.arctan2(right[1], right[0]))),
+            region_seen=float(seen_share[shown]),
+            found_px=float(found_px.sum()),
+        )
 
     def ranked(self, candidates: list[CameraCandidate]) -> list[CameraCandidate]:
         """Sort, best first, without duplicates, each compared with the others."""
@@ -356,9 +443,11 @@ class FieldMatcher:
 
     def distinct(self, candidates: list[CameraCandidate]) -> list[CameraCandidate]:
         """Sort, best first, without duplicates; of those that score alike, the one that shows the region best."""
+
         def worth(one: CameraCandidate) -> float:
             upright = float(np.cos(np.radians(one.turn_deg)))
             return one.value + REGION_WEIGHT * one.region_seen + UPRIGHT_WEIGHT * upright
+
         distinct: list[tuple[CameraCandidate, Array]] = []
         for one in sorted(candidates, key=lambda one: -worth(one)):
             at = one.refined.state.project(with_z(self.cells))
@@ -370,8 +459,10 @@ class FieldMatcher:
 def compared(cameras: Sequence[Scored]) -> list[Scored]:
     """Return the same, of which explained also counts what another of them finds and this one does not."""
     most_px = max((one.found_px for one in cameras if one.found > MIN_CREDIBLE_FOUND), default=0.0)
-    return [replace(one, explained=one.explained * min(one.found_px / most_px, 1.0)) if most_px else one
-            for one in cameras]
+    return [
+        replace(one, explained=one.explained * min(one.found_px / most_px, 1.0)) if most_px else one
+        for one in cameras
+    ]
 
 
 def by_value(cameras: Sequence[Scored]) -> list[Scored]:
@@ -380,5 +471,7 @@ def by_value(cameras: Sequence[Scored]) -> list[Scored]:
 
 def _patterns(field: Field) -> tuple[FieldPattern, FieldPattern]:
     """Return the field sampled coarsely, and finely."""
-    return (FieldPattern.of(field, field.length_mm / COARSE_STEPS, min_samples=2),
-            FieldPattern.of(field, field.length_mm / FINE_STEPS))
+    return (
+        FieldPattern.of(field, field.length_mm / COARSE_STEPS, min_samples=2),
+        FieldPattern.of(field, field.length_mm / FINE_STEPS),
+    )

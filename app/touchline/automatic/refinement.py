@@ -50,7 +50,9 @@ class RefinedCamera:
     share: float
 
 
-def with_brown_conrady(state: RayCameraParameters, pattern: FieldPattern, size: ImageSize) -> RayCameraParameters:
+def with_brown_conrady(
+    state: RayCameraParameters, pattern: FieldPattern, size: ImageSize
+) -> RayCameraParameters:
     """Return the same camera with the Brown–Conrady lens nearest to its division lens where it sees markings.
 
     Their series about the axis would not do: under a wide lens it leaves the far lines tens of pixels off.
@@ -58,7 +60,9 @@ def with_brown_conrady(state: RayCameraParameters, pattern: FieldPattern, size: 
     rays = (with_z(pattern.points) - state.position_mm) @ state.camera_from_field.T
     with np.errstate(all="ignore"):
         projected = state.project(with_z(pattern.points))
-        inside = ((projected > 0) & (projected < np.array(tuple(size)))).all(axis=1) & (rays[:, 2] > 0)
+        inside = ((projected > 0) & (projected < np.array(tuple(size)))).all(axis=1) & (
+            rays[:, 2] > 0
+        )
         radii = np.linalg.norm(rays[inside, :2] / rays[inside, 2:], axis=1)
     max_radius = float(radii.max()) if radii.size else 1.0
     radius = np.linspace(max_radius / LENS_SAMPLES, max_radius, LENS_SAMPLES)
@@ -71,8 +75,13 @@ def with_brown_conrady(state: RayCameraParameters, pattern: FieldPattern, size: 
     return replace(state, lens=BrownConrady.LENS, terms=terms)
 
 
-def refine_camera(start: RayCameraParameters, pattern: FieldPattern, seen: SeenLines,
-                  captures_px: tuple[float, ...] = CAPTURE_PX, most: int = MAX_POINTS) -> RefinedCamera | None:
+def refine_camera(
+    start: RayCameraParameters,
+    pattern: FieldPattern,
+    seen: SeenLines,
+    captures_px: tuple[float, ...] = CAPTURE_PX,
+    most: int = MAX_POINTS,
+) -> RefinedCamera | None:
     """Refine start on ridges, `most` points of them; None where it matches too few."""
     (points, along), size = seen.sampled(most), seen.size
     scale = max(size.width / NOMINAL_WIDTH_PX, MIN_SCALE)
@@ -83,7 +92,9 @@ def refine_camera(start: RayCameraParameters, pattern: FieldPattern, seen: SeenL
         if is_matched.sum() < MIN_MATCHED_POINTS:
             return None
         problem = _problem(state, pattern, points[is_matched], marking[is_matched])
-        free = np.array([name not in state.lens.TERMS or name in TERM_SIGMA for name in state.names])
+        free = np.array(
+            [name not in state.lens.TERMS or name in TERM_SIGMA for name in state.names]
+        )
         # other terms few lenses need
         task = RayFitProblem(problem, _priors(start, size), free, state.names)
         found = _minimised(task, state, SIGMA_SHARE * capture * scale)
@@ -91,12 +102,21 @@ def refine_camera(start: RayCameraParameters, pattern: FieldPattern, seen: SeenL
             return None
         state = found
         residuals, _ = problem.residuals(state)
-        rms, share = float(np.sqrt(np.median(residuals**2)) * MAD_TO_SIGMA), float(is_matched.mean())
+        rms, share = (
+            float(np.sqrt(np.median(residuals**2)) * MAD_TO_SIGMA),
+            float(is_matched.mean()),
+        )
     return RefinedCamera(state, rms, share)
 
 
-def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: Points, along: Array, size: ImageSize,
-                     capture_px: float) -> Indices:
+def nearest_markings(
+    state: RayCameraParameters,
+    pattern: FieldPattern,
+    points: Points,
+    along: Array,
+    size: ImageSize,
+    capture_px: float,
+) -> Indices:
     """Return the marking (n,) that each ridge point lies on, or -1: near enough across it, and running its way.
 
     Every point is compared with every sample of the field, each of which stands for a short piece of its marking.
@@ -107,8 +127,9 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
         projected = state.project(flat)
         half_step = state.project(flat + 0.25 * step) - state.project(flat - 0.25 * step)
         half_length = np.linalg.norm(half_step, axis=1)
-        is_near_picture = ((projected > -MAX_OUTSIDE_PX) & (projected < np.array(tuple(size)) + MAX_OUTSIDE_PX)
-                           ).all(axis=1) & (half_length > 0)
+        is_near_picture = (
+            (projected > -MAX_OUTSIDE_PX) & (projected < np.array(tuple(size)) + MAX_OUTSIDE_PX)
+        ).all(axis=1) & (half_length > 0)
     if not is_near_picture.any():
         return np.full(len(points), -1)
     projected, half_step = projected[is_near_picture], half_step[is_near_picture]
@@ -119,7 +140,9 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
     across = np.abs(x * tangent[:, 1] - y * tangent[:, 0])
     beyond_piece = np.abs(x * tangent[:, 0] + y * tangent[:, 1]) - SAMPLE_REACH * half_length
     is_parallel = np.abs(along.astype(np.float32) @ tangent.T) > MIN_COSINE
-    distance = np.where(is_parallel & (beyond_piece < capture_px), across + np.maximum(beyond_piece, 0), np.inf)
+    distance = np.where(
+        is_parallel & (beyond_piece < capture_px), across + np.maximum(beyond_piece, 0), np.inf
+    )
     nearest = distance.argmin(axis=1)
     is_captured = np.take_along_axis(distance, nearest[:, None], axis=1)[:, 0] < capture_px
     return np.where(is_captured, pattern.marking[is_near_picture][nearest], -1)
@@ -130,20 +153,39 @@ def outer_mm(field: Field) -> Array:
     return np.array([field.length_mm, field.width_mm]) / 2 * FIELD_SHARE
 
 
-def explained_points(state: RayCameraParameters, pattern: FieldPattern, outer: Array, points: Points, along: Array,
-                     size: ImageSize) -> tuple[int, int]:
+def explained_points(
+    state: RayCameraParameters,
+    pattern: FieldPattern,
+    outer: Array,
+    points: Points,
+    along: Array,
+    size: ImageSize,
+) -> tuple[int, int]:
     """Return how many points on ridges lie on markings, and how many lie on the field and on no marking."""
     on_line = nearest_markings(state, pattern, points, along, size, MAX_ON_LINE_PX) >= 0
     on_field = (np.abs(state.unproject(points, np.zeros(len(points)))) < outer).all(axis=1)
     return int(on_line.sum()), int((on_field & ~on_line).sum())
 
 
-def _problem(state: RayCameraParameters, pattern: FieldPattern, points: Points, marking: Indices) -> ClickResiduals:
-    base, way, radius = (np.array(column)[marking] for column in zip(*map(curve_of, pattern.markings), strict=True))
+def _problem(
+    state: RayCameraParameters, pattern: FieldPattern, points: Points, marking: Indices
+) -> ClickResiduals:
+    base, way, radius = (
+        np.array(column)[marking] for column in zip(*map(curve_of, pattern.markings), strict=True)
+    )
     count = len(points)
-    problem = ClickResiduals(points, np.stack([np.zeros(count, int), np.arange(count)], axis=1), base, way, radius,
-                             np.zeros(count), np.full(count, -1), np.full(count, -1), np.full((count, 2), -1),
-                             np.empty((0, 3)))
+    problem = ClickResiduals(
+        points,
+        np.stack([np.zeros(count, int), np.arange(count)], axis=1),
+        base,
+        way,
+        radius,
+        np.zeros(count),
+        np.full(count, -1),
+        np.full(count, -1),
+        np.full((count, 2), -1),
+        np.empty((0, 3)),
+    )
     problem.places = problem.first_places(state)  # near enough: they were matched by this camera
     return problem
 
@@ -156,23 +198,39 @@ def _priors(start: RayCameraParameters, size: ImageSize) -> tuple[ScalarPrior, .
     focal = np.exp(start.log_focal) / (np.hypot(size.width, size.height) / 2)  # half diagonals
     terms = dict(zip(start.lens.TERMS, start.terms, strict=True))
     centre_sigma_px = CENTRE_SHARE * size.width
-    return (ScalarPrior("log_focal", start.log_focal, FOCAL_SIGMA), ScalarPrior("aspect", 1.0, ASPECT_SIGMA),
-            ScalarPrior("centre_x", size.centre[0], centre_sigma_px),
-            ScalarPrior("centre_y", size.centre[1], centre_sigma_px),
-            *(ScalarPrior(name, float(terms[name]), float(sigma * focal ** start.lens.power(name)))
-              for name, sigma in TERM_SIGMA.items() if name in terms))
+    return (
+        ScalarPrior("log_focal", start.log_focal, FOCAL_SIGMA),
+        ScalarPrior("aspect", 1.0, ASPECT_SIGMA),
+        ScalarPrior("centre_x", size.centre[0], centre_sigma_px),
+        ScalarPrior("centre_y", size.centre[1], centre_sigma_px),
+        *(
+            ScalarPrior(name, float(terms[name]), float(sigma * focal ** start.lens.power(name)))
+            for name, sigma in TERM_SIGMA.items()
+            if name in terms
+        ),
+    )
 
 
-def _minimised(task: RayFitProblem, start: RayCameraParameters, sigma_px: float) -> RayCameraParameters | None:
+def _minimised(
+    task: RayFitProblem, start: RayCameraParameters, sigma_px: float
+) -> RayCameraParameters | None:
     def evaluate(state: RayCameraParameters) -> tuple[Array, Array]:
         residuals, jacobian = task.problem.residuals(state)
         prior_residuals, prior_jacobian = task.prior_residuals(state)
         # A point whose foot is out of sight says nothing, here; it must not stop the search.
         fine = np.isfinite(residuals) & np.isfinite(jacobian).all(axis=1)
         residuals, jacobian = np.where(fine, residuals, 0.0), np.where(fine[:, None], jacobian, 0.0)
-        return (np.concatenate([residuals / sigma_px, prior_residuals]),
-                np.concatenate([jacobian / sigma_px, prior_jacobian])[:, task.free])
+        return (
+            np.concatenate([residuals / sigma_px, prior_residuals]),
+            np.concatenate([jacobian / sigma_px, prior_jacobian])[:, task.free],
+        )
 
-    found = minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free),
-                     robust_rows=residual_count(task.problem), max_steps=MAX_STEPS, tolerance=1e-3)
+    found = minimise(
+        start,
+        evaluate,
+        lambda state, delta: state.retract(delta, task.free),
+        robust_rows=residual_count(task.problem),
+        max_steps=MAX_STEPS,
+        tolerance=1e-3,
+    )
     return found.state if np.isfinite(found.cost) else None

@@ -44,15 +44,22 @@ class SearchResult:
     lines: tuple[Array, ...] = ()
 
 
-def search(seen: SeenLines, field: Field, region: Region, prior: PosePrior = NO_PRIOR,
-           progress: Progress = no_progress) -> SearchResult:
+def search(
+    seen: SeenLines,
+    field: Field,
+    region: Region,
+    prior: PosePrior = NO_PRIOR,
+    progress: Progress = no_progress,
+) -> SearchResult:
     """Search for cameras above an area of a field; by its corners alone, where given ones lead to its lines."""
     if not len(seen.points):
         return SearchResult()
     found: list[CameraCandidate] = []
     if prior.corners is not None:
         corners = np.array(prior.corners)
-        near_corners = FieldMatcher.over_region(seen.within(outline_about(corners)), field, region, prior)
+        near_corners = FieldMatcher.over_region(
+            seen.within(outline_about(corners)), field, region, prior
+        )
         found = near_corners.refined_from_any(cameras_from_corners(corners, region, seen.size))
     if not found or found[0].value < MIN_GOOD_SCORE:
         found = FieldMatcher.over_region(seen, field, region, prior).candidates(progress)
@@ -67,8 +74,12 @@ class RecognisedField:
     candidates: tuple[CameraCandidate, ...]
 
 
-def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], prior: PosePrior = NO_PRIOR,
-              progress: Progress = no_progress) -> tuple[RecognisedField, ...]:
+def recognise(
+    seen: SeenLines,
+    areas: Sequence[tuple[Field, Sequence[Region]]],
+    prior: PosePrior = NO_PRIOR,
+    progress: Progress = no_progress,
+) -> tuple[RecognisedField, ...]:
     """Return the fields that the lines may be of, the best first. areas: each field with those to look for.
 
     Of two cameras above a field that looks alike when it is turned by 180°, just one is returned.
@@ -76,24 +87,38 @@ def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], 
     if not len(seen.points):
         return ()
     by_name = {field.name: field for field, _ in areas}
-    matchers = {field.name: FieldMatcher.over_any(seen, field, regions, prior) for field, regions in areas}
+    matchers = {
+        field.name: FieldMatcher.over_any(seen, field, regions, prior) for field, regions in areas
+    }
     found: dict[str, list[CameraCandidate]] = {}
     ranked: list[tuple[str, list[CameraCandidate]]] = []
     for is_three_lines in (False, True):
         part = subprogress(progress, 0.5 * is_three_lines, 0.5 + 0.5 * is_three_lines)
         matches: dict[str, list[Match]] = {}
         for number, (name, matcher) in enumerate(matchers.items()):
-            part(0.5 * number / len(matchers), say("progress.matching-field", "Comparing with {field}",
-                                                   field=by_name[name].title))
+            part(
+                0.5 * number / len(matchers),
+                say("progress.matching-field", "Comparing with {field}", field=by_name[name].title),
+            )
             matches[name] = matcher.three_line_matches() if is_three_lines else matcher.matches()
         best = {name: of_field[0].value for name, of_field in _by_field(matches).items()}
         for name in sorted(best, key=lambda name: -best[name])[:MAX_FIELDS]:
-            part(0.5 + 0.1 * len(found) / len(best), say("progress.fitting-field", "Fitting {field}",
-                                                        field=by_name[name].title))
+            part(
+                0.5 + 0.1 * len(found) / len(best),
+                say("progress.fitting-field", "Fitting {field}", field=by_name[name].title),
+            )
             best_so_far = ranked[0][1][0].value if ranked else 0.0
             # The second one is refined however far behind it is: recognition.py says how far.
-            if best[name] >= MIN_MATCH and (len(ranked) < 2 or best[name] >= MIN_RELATIVE_SCORE * best_so_far):
-                most = MAX_REFINED_POOR if is_three_lines else MAX_REFINED_NEXT if ranked else MAX_REFINED_FIRST
+            if best[name] >= MIN_MATCH and (
+                len(ranked) < 2 or best[name] >= MIN_RELATIVE_SCORE * best_so_far
+            ):
+                most = (
+                    MAX_REFINED_POOR
+                    if is_three_lines
+                    else MAX_REFINED_NEXT
+                    if ranked
+                    else MAX_REFINED_FIRST
+                )
                 found[name] = found.get(name, []) + matchers[name].refined(matches[name], most)
                 ranked = _ranked(found, matchers)
         if ranked and ranked[0][1][0].value >= CERTAIN:
@@ -107,8 +132,10 @@ def _by_field(of_fields: Mapping[str, Sequence[Scored]]) -> dict[str, list[Score
     return {name: by_value([next(every) for _ in of]) for name, of in of_fields.items() if of}
 
 
-def _ranked(found: Mapping[str, list[CameraCandidate]], matchers: Mapping[str, FieldMatcher],
-            ) -> list[tuple[str, list[CameraCandidate]]]:
+def _ranked(
+    found: Mapping[str, list[CameraCandidate]],
+    matchers: Mapping[str, FieldMatcher],
+) -> list[tuple[str, list[CameraCandidate]]]:
     """Return the fields with their cameras, best first and each once."""
     of_field = {name: matchers[name].distinct(of) for name, of in _by_field(found).items()}
     return sorted(of_field.items(), key=lambda one: -one[1][0].value)

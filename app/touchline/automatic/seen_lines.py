@@ -81,10 +81,14 @@ def estimate_bend(chains: Sequence[Points], size: ImageSize) -> float:
     """Estimate the bend under which most of the chains' length is straight; 0 where none is long enough."""
     plane = UndistortedPlane.of(size)
     min_length_px = 2 * MIN_BEND_CHAIN_LENGTH * plane.unit_px
-    long = [chain for chain in chains if np.linalg.norm(chain[-1] - chain[0]) > min_length_px][:MAX_BEND_CHAINS]
+    long = [chain for chain in chains if np.linalg.norm(chain[-1] - chain[0]) > min_length_px][
+        :MAX_BEND_CHAINS
+    ]
     if not long:
         return 0.0
-    sampled = np.stack([chain[np.linspace(0, len(chain) - 1, CHAIN_SAMPLES).round().astype(int)] for chain in long])
+    sampled = np.stack(
+        [chain[np.linspace(0, len(chain) - 1, CHAIN_SAMPLES).round().astype(int)] for chain in long]
+    )
     distorted = plane.undistorted_from_raw(sampled)
     length = np.linalg.norm(distorted[:, -1] - distorted[:, 0], axis=1)
     coarse = BENDS[np.argmax(_straightness(distorted, length, BENDS, plane.unit_px, 2.0))]
@@ -92,7 +96,9 @@ def estimate_bend(chains: Sequence[Points], size: ImageSize) -> float:
     return float(finer[np.argmax(_straightness(distorted, length, finer, plane.unit_px, 1.0))])
 
 
-def _straightness(distorted: Array, length: Array, bends: Array, unit_px: float, tolerance: float) -> Array:
+def _straightness(
+    distorted: Array, length: Array, bends: Array, unit_px: float, tolerance: float
+) -> Array:
     """Return how much length each bend makes straight (m,). distorted (c, n, 2), length (c,).
 
     tolerance: times STRAIGHT_RMS_PX, at which a chain counts for little more than a third.
@@ -100,7 +106,9 @@ def _straightness(distorted: Array, length: Array, bends: Array, unit_px: float,
     denominator = 1 + bends[:, None, None] * np.sum(distorted * distorted, axis=-1)
     undistorted = distorted / np.maximum(denominator, MIN_DENOMINATOR)[..., None]
     centred = undistorted - undistorted.mean(axis=2, keepdims=True)
-    xx, yy, xy = ((centred[..., i] * centred[..., j]).mean(axis=2) for i, j in ((0, 0), (1, 1), (0, 1)))
+    xx, yy, xy = (
+        (centred[..., i] * centred[..., j]).mean(axis=2) for i, j in ((0, 0), (1, 1), (0, 1))
+    )
     # The eigenvalues of a chain's scatter are its mean squares across (low) and along (high) its straight line.
     root = np.sqrt((xx - yy) ** 2 / 4 + xy**2)
     low, high = np.maximum((xx + yy) / 2 - root, 0), (xx + yy) / 2 + root
@@ -156,17 +164,26 @@ def _homogeneous_line(middle: Array, along: Array) -> Array:
 def parallel_pairs(lines: list[Array]) -> list[tuple[int, int]]:
     """Return indices of each two lines that may be parallel on the carpet."""
     meeting = {(a, b): np.cross(lines[a], lines[b]) for a, b in combinations(range(len(lines)), 2)}
-    return [pair for pair, at in meeting.items() if np.hypot(at[0], at[1]) > MIN_VANISHING_DISTANCE * abs(at[2])]
+    return [
+        pair
+        for pair, at in meeting.items()
+        if np.hypot(at[0], at[1]) > MIN_VANISHING_DISTANCE * abs(at[2])
+    ]
 
 
 def quadrilaterals(lines: list[Array]) -> Array:
     """Return (q, 3, 3) from the unit square to each two lines across two others."""
     pairs = parallel_pairs(lines)
-    across = np.array([(*a, *b) for a in pairs for b in pairs if not set(a) & set(b)], int).reshape(-1, 4)
+    across = np.array([(*a, *b) for a in pairs for b in pairs if not set(a) & set(b)], int).reshape(
+        -1, 4
+    )
     if not len(across):
         return np.empty((0, 3, 3))
     line = np.array(lines)
-    meeting = [np.cross(line[across[:, a]], line[across[:, b]]) for a, b in ((0, 2), (1, 2), (1, 3), (0, 3))]
+    meeting = [
+        np.cross(line[across[:, a]], line[across[:, b]])
+        for a, b in ((0, 2), (1, 2), (1, 3), (0, 3))
+    ]
     with np.errstate(all="ignore"):
         corners = np.stack([at[:, :2] / at[:, 2:] for at in meeting], axis=1)
         maps = square_maps(corners)
@@ -191,9 +208,14 @@ def square_maps(corners: Array) -> Array:
         dy1, dy2, sum_y = y1 - y2, y3 - y2, y0 - y1 + y2 - y3
         determinant = dx1 * dy2 - dx2 * dy1
         g, h = (sum_x * dy2 - dx2 * sum_y) / determinant, (dx1 * sum_y - sum_x * dy1) / determinant
-        return np.stack([np.stack([x1 - x0 + g * x1, x3 - x0 + h * x3, x0], -1),
-                         np.stack([y1 - y0 + g * y1, y3 - y0 + h * y3, y0], -1),
-                         np.stack([g, h, np.ones_like(g)], -1)], axis=1)
+        return np.stack(
+            [
+                np.stack([x1 - x0 + g * x1, x3 - x0 + h * x3, x0], -1),
+                np.stack([y1 - y0 + g * y1, y3 - y0 + h * y3, y0], -1),
+                np.stack([g, h, np.ones_like(g)], -1),
+            ],
+            axis=1,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,8 +244,11 @@ class RidgeMaps:
             near = off < MAX_DIRECTIONS_OFF
             is_empty = np.full(shape, 255, np.uint8)
             is_empty[row[near], column[near]] = 0
-            maps.append(cv2.distanceTransform(is_empty, cv2.DIST_L2, 3) if near.any()
-                        else np.full(shape, NO_RIDGE_PX, np.float32))
+            maps.append(
+                cv2.distanceTransform(is_empty, cv2.DIST_L2, 3)
+                if near.any()
+                else np.full(shape, NO_RIDGE_PX, np.float32)
+            )
         return cls(np.stack(maps), scale, size, float(len(points)))
 
     def found(self, raw: Points, along: Array) -> Array:
@@ -251,9 +276,17 @@ class SeenLines:
     def of(cls, chains: Sequence[Points], along: Sequence[Array], size: ImageSize) -> Self:
         """chains: points (n, 2) raw px along each ridge, longest first; along: unit vectors at them."""
         plane = UndistortedPlane.of(size, estimate_bend(chains, size))
-        points, directions = (np.concatenate([np.empty((0, 2)), *parts]) for parts in (chains, along))
-        return cls(size, plane, points, directions, merge_chains(chains, plane, MAX_LINES),
-                   RidgeMaps.of(points, directions, size))
+        points, directions = (
+            np.concatenate([np.empty((0, 2)), *parts]) for parts in (chains, along)
+        )
+        return cls(
+            size,
+            plane,
+            points,
+            directions,
+            merge_chains(chains, plane, MAX_LINES),
+            RidgeMaps.of(points, directions, size),
+        )
 
     @cached_property
     def quadrilaterals(self) -> Array:
@@ -265,7 +298,9 @@ class SeenLines:
         mask = np.zeros((self.size.height, self.size.width), np.uint8)
         cv2.fillPoly(mask, [np.round(outline).astype(np.int32)], 1)
         column, row = np.round(self.points).astype(int).T
-        inside = mask[np.clip(row, 0, self.size.height - 1), np.clip(column, 0, self.size.width - 1)] > 0
+        inside = (
+            mask[np.clip(row, 0, self.size.height - 1), np.clip(column, 0, self.size.width - 1)] > 0
+        )
         return replace(self, points=self.points[inside], along=self.along[inside])
 
     def sampled(self, most: int) -> tuple[Points, Array]:

@@ -26,15 +26,22 @@ from touchline.core.json_values import JsonObject, Whole, read
 from touchline.core.opencv import find_charuco, find_chessboard, fit_within, refine_corners, to_grey
 from touchline.core.statements import sentence
 
-FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners, '
-        '3 to 100; or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
+FORM = (
+    'Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners, '
+    '3 to 100; or "kind": "charuco" with "marker_mm" and "dictionary" as well.'
+)
 # along one side; detectors accept no fewer
 CornerCount = Annotated[int, Interval(ge=3, le=100), Whole()]
 MIN_MM, MAX_MM = 0.01, 10_000  # of a square's or a marker's side
 # The families that OpenCV prints, and how many markers each has. OpenCV is asked for no other name.
-DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
-                "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
-                "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587}
+DICTIONARIES = {
+    **{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
+    "DICT_ARUCO_ORIGINAL": 1024,
+    "DICT_APRILTAG_16h5": 30,
+    "DICT_APRILTAG_25h9": 35,
+    "DICT_APRILTAG_36h10": 2320,
+    "DICT_APRILTAG_36h11": 587,
+}
 MAX_VIEWS = 1000
 MAX_CORNERS = 10_000  # in one view
 # views × corners of the fullest: 2000 views of a usual board, some hundred megabytes
@@ -79,27 +86,46 @@ class Board:
         if board.marker_mm < MIN_MM:
             raise _bad_board(f"The board: marker_mm is missing, or less than {MIN_MM:g}.", FORM)
         if board.marker_mm >= board.square_mm:
-            raise _bad_board(f"Markers of {board.marker_mm:g} mm do not fit into squares of {board.square_mm:g} mm.",
-                           "Measure both: the marker is smaller than the square.")
+            raise _bad_board(
+                f"Markers of {board.marker_mm:g} mm do not fit into squares of {board.square_mm:g} mm.",
+                "Measure both: the marker is smaller than the square.",
+            )
         if board.dictionary not in DICTIONARIES:
-            raise _bad_board(f"Unknown marker dictionary: {board.dictionary[:40]!r}.",
-                           f"Use one of: {', '.join(DICTIONARIES)}.")
-        needed, available = (board.columns + 1) * (board.rows + 1) // 2, DICTIONARIES[board.dictionary]
+            raise _bad_board(
+                f"Unknown marker dictionary: {board.dictionary[:40]!r}.",
+                f"Use one of: {', '.join(DICTIONARIES)}.",
+            )
+        needed, available = (
+            (board.columns + 1) * (board.rows + 1) // 2,
+            DICTIONARIES[board.dictionary],
+        )
         if needed > available:
-            raise _bad_board(f"The board has {needed} markers; {board.dictionary} has only {available}.",
-                           "Choose the dictionary that the board was printed with.")
+            raise _bad_board(
+                f"The board has {needed} markers; {board.dictionary} has only {available}.",
+                "Choose the dictionary that the board was printed with.",
+            )
         return board
 
     def to_json(self) -> JsonObject:
-        plain = {"kind": self.kind, "columns": self.columns, "rows": self.rows, "square_mm": self.square_mm}
+        plain = {
+            "kind": self.kind,
+            "columns": self.columns,
+            "rows": self.rows,
+            "square_mm": self.square_mm,
+        }
         if self.kind == "chessboard":
             return plain
-        return {**plain, "marker_mm": self.marker_mm, "dictionary": self.dictionary, "legacy": self.legacy}
+        return {
+            **plain,
+            "marker_mm": self.marker_mm,
+            "dictionary": self.dictionary,
+            "legacy": self.legacy,
+        }
 
     @property
     def places_mm(self) -> Array:
         """Return where the inner corners are, (columns · rows, 3), row by row."""
-        y, x = np.mgrid[:self.rows, :self.columns]
+        y, x = np.mgrid[: self.rows, : self.columns]
         return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1) * self.square_mm
 
     @property
@@ -118,9 +144,14 @@ class BoardView:
 
     def __post_init__(self) -> None:
         if len(self.pixels) != len(self.places_mm):
-            raise BadInput(sentence(f"{self.name or 'A view'} has {len(self.pixels)} points in the image and "
-                                    f"{len(self.places_mm)} on the board."), "Give one of each for every corner.",
-                           reason="bad-view")
+            raise BadInput(
+                sentence(
+                    f"{self.name or 'A view'} has {len(self.pixels)} points in the image and "
+                    f"{len(self.places_mm)} on the board."
+                ),
+                "Give one of each for every corner.",
+                reason="bad-view",
+            )
         for array in (self.pixels, self.places_mm):
             array.setflags(write=False)
 
@@ -129,7 +160,11 @@ class BoardView:
         return BoardView(self.pixels[keep], self.places_mm[keep], self.name)
 
     def to_json(self) -> JsonObject:
-        return {"image_points": self.pixels.tolist(), "object_points": self.places_mm.tolist(), "name": self.name}
+        return {
+            "image_points": self.pixels.tolist(),
+            "object_points": self.places_mm.tolist(),
+            "name": self.name,
+        }
 
 
 def views_from_json(value: Any) -> tuple[BoardView, ...]:
@@ -138,23 +173,35 @@ def views_from_json(value: Any) -> tuple[BoardView, ...]:
     if not isinstance(value, Sequence) or isinstance(value, str):
         raise BadInput("The views are not a list.", form, reason="bad-view")
     if len(value) > MAX_VIEWS:
-        raise BadInput(f"{len(value)} views were sent; a calibration accepts at most {MAX_VIEWS}.",
-                       "Send fewer: more than a few dozen well-spread views improve the result only slightly.",
-                       reason="too-many-views")
+        raise BadInput(
+            f"{len(value)} views were sent; a calibration accepts at most {MAX_VIEWS}.",
+            "Send fewer: more than a few dozen well-spread views improve the result only slightly.",
+            reason="too-many-views",
+        )
     views = []
     for number, item in enumerate(value, 1):
         if not isinstance(item, Mapping) or set(item) - {"image_points", "object_points", "name"}:
-            raise BadInput(f"View {number} does not have the format of a view.", form, reason="bad-view")
+            raise BadInput(
+                f"View {number} does not have the format of a view.", form, reason="bad-view"
+            )
         name = str(item.get("name") or f"view {number}")[:200]
-        pixels = as_points(item.get("image_points", ()), f"The image points of {name}").reshape(-1, 2)
+        pixels = as_points(item.get("image_points", ()), f"The image points of {name}").reshape(
+            -1, 2
+        )
         if len(pixels) > MAX_CORNERS:
-            raise BadInput(sentence(f"{name} has {len(pixels)} corners; at most {MAX_CORNERS} are possible."),
-                           "Use a board with fewer squares.", reason="too-many-points")
+            raise BadInput(
+                sentence(f"{name} has {len(pixels)} corners; at most {MAX_CORNERS} are possible."),
+                "Use a board with fewer squares.",
+                reason="too-many-points",
+            )
         views.append(BoardView(pixels, _read_places(item.get("object_points", ()), name), name))
     fullest = max((len(view.pixels) for view in views), default=0)
     if len(views) * fullest > MAX_PADDED_CORNERS:
-        raise BadInput(f"{len(views)} views with up to {fullest} corners exceed the limit of a calibration.",
-                       "Send fewer views.", reason="too-many-points")
+        raise BadInput(
+            f"{len(views)} views with up to {fullest} corners exceed the limit of a calibration.",
+            "Send fewer views.",
+            reason="too-many-points",
+        )
     return tuple(views)
 
 
@@ -164,12 +211,18 @@ def _read_places(value: Any, name: str) -> Array:
         if places.size and (places.ndim != 2 or places.shape[1] not in (2, 3)):
             raise ValueError
     except (TypeError, ValueError, OverflowError):
-        raise BadInput(f"The object points of {name} are not lists of three numbers.", "Send [[X, Y, Z], …] in mm.",
-                       reason="bad-view") from None
+        raise BadInput(
+            f"The object points of {name} are not lists of three numbers.",
+            "Send [[X, Y, Z], …] in mm.",
+            reason="bad-view",
+        ) from None
     places = places.reshape(-1, places.shape[-1] if places.size else 3)
     if not (np.abs(places) <= MAX_COORDINATE).all():
-        raise BadInput(f"The object points of {name} contain a number that is not finite or too large.",
-                       "Correct the number.", reason="non-finite-points")
+        raise BadInput(
+            f"The object points of {name} contain a number that is not finite or too large.",
+            "Correct the number.",
+            reason="non-finite-points",
+        )
     return places if places.shape[1] == 3 else np.pad(places, ((0, 0), (0, 1)))
 
 
@@ -189,7 +242,9 @@ def find_board(pixels: Pixels, board: Board, name: str = "") -> BoardView | None
     if corners is None:
         return None
     places = board.places_mm
-    return BoardView(refine_corners_by_square(grey, corners, places[:, :2] / board.square_mm), places, name)
+    return BoardView(
+        refine_corners_by_square(grey, corners, places[:, :2] / board.square_mm), places, name
+    )
 
 
 def find_board_quickly(pixels: Pixels, board: Board) -> BoardView | None:
@@ -200,23 +255,34 @@ def find_board_quickly(pixels: Pixels, board: Board) -> BoardView | None:
     height, width = pixels.shape[:2]
     scale = min(1.0, QUICK_DETECTION_PX / max(height, width))
     size = max(1, round(width * scale)), max(1, round(height * scale))
-    small = pixels if scale == 1.0 else np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
+    small = (
+        pixels
+        if scale == 1.0
+        else np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
+    )
     grey = to_grey(small)
-    corners, places = (_charuco_corners(grey, board) if board.kind == "charuco" else
-                       (find_chessboard(grey, board.columns, board.rows, thorough=False), board.places_mm))
+    corners, places = (
+        _charuco_corners(grey, board)
+        if board.kind == "charuco"
+        else (find_chessboard(grey, board.columns, board.rows, thorough=False), board.places_mm)
+    )
     if corners is None or not len(corners):
         return None
     return BoardView((corners + 0.5) * np.array([width / size[0], height / size[1]]) - 0.5, places)
 
 
-def refine_corners_by_square(grey: Grey, corners: Points, squares: Array, reach: float = WINDOW_SQUARES) -> Points:
+def refine_corners_by_square(
+    grey: Grey, corners: Points, squares: Array, reach: float = WINDOW_SQUARES
+) -> Points:
     """Refine corners (n, 2) px, each in its own window; one that would leave its window stays where it was.
 
     squares (n, 2): where they are on the board, in squares. reach: how far the four squares are plain, in squares.
     """
     if len(corners) < 2:
         return corners
-    half_windows = np.clip((reach * _square_px(corners, squares)).astype(int), MIN_HALF_WINDOW_PX, MAX_HALF_WINDOW_PX)
+    half_windows = np.clip(
+        (reach * _square_px(corners, squares)).astype(int), MIN_HALF_WINDOW_PX, MAX_HALF_WINDOW_PX
+    )
     refined = corners.copy()
     for half in np.unique(half_windows):
         same = half_windows == half
@@ -256,13 +322,24 @@ def _find_charuco_board(grey: Grey, board: Board, name: str) -> BoardView | None
         return None
     rim = (board.square_mm - board.marker_mm) / 2 / board.square_mm
     reach = min(WINDOW_SQUARES, MARKER_MARGIN * rim)
-    return BoardView(refine_corners_by_square(grey, corners, places[:, :2] / board.square_mm, reach), places, name)
+    return BoardView(
+        refine_corners_by_square(grey, corners, places[:, :2] / board.square_mm, reach),
+        places,
+        name,
+    )
 
 
 def _charuco_corners(grey: Grey, board: Board) -> tuple[Points, Array]:
     """Return the corners (n, 2) px that were found, and their places (n, 3) mm."""
-    corners, numbers = find_charuco(grey, board.columns, board.rows, board.square_mm, board.marker_mm,
-                                    board.dictionary, board.legacy)
+    corners, numbers = find_charuco(
+        grey,
+        board.columns,
+        board.rows,
+        board.square_mm,
+        board.marker_mm,
+        board.dictionary,
+        board.legacy,
+    )
     return corners, board.places_mm[numbers]
 
 

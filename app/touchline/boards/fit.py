@@ -40,14 +40,28 @@ MAX_SELECTION_STEPS = 20  # a set of terms that takes longer is hardly supported
 MIN_RATIONAL_GAIN = 0.2
 # What a board may not support is left out; a lens without a choice has one set.
 TERM_SETS: Mapping[str, tuple[tuple[str, ...], ...]] = {
-    "brown-conrady": ((), ("k1",), ("k1", "k2"), ("k1", "k2", "k3"), ("k1", "k2", "p1", "p2", "k3")),
-    "fisheye": ((), ("k1",), ("k1", "k2"), ("k1", "k2", "k3", "k4"))}
+    "brown-conrady": (
+        (),
+        ("k1",),
+        ("k1", "k2"),
+        ("k1", "k2", "k3"),
+        ("k1", "k2", "p1", "p2", "k3"),
+    ),
+    "fisheye": ((), ("k1",), ("k1", "k2"), ("k1", "k2", "k3", "k4")),
+}
 
 BOARD_OPTIONS: tuple[Option, ...] = (
     Option("warp", "bool", True, "Estimate the bow of the board: two numbers for all views."),
     Option("aspect", "bool", True, "Estimate the focal lengths in x and y separately."),
-    Option("centre", "bool", True, "Estimate the principal point; false fixes it at the image centre."),
-    Option("robust", "bool", True, "Exclude corners and views that disagree with the rest, and list them."),
+    Option(
+        "centre", "bool", True, "Estimate the principal point; false fixes it at the image centre."
+    ),
+    Option(
+        "robust",
+        "bool",
+        True,
+        "Exclude corners and views that disagree with the rest, and list them.",
+    ),
 )
 
 
@@ -96,25 +110,38 @@ class BoardFit:
 
     def refit(self, keep: Mask | Indices) -> BoardSolution:
         """Fit some of the used views alone, starting from this fit."""
-        return self.solver.solve(self.observations.only(keep), self.state.only(keep), self.terms, self.sigma_px)
+        return self.solver.solve(
+            self.observations.only(keep), self.state.only(keep), self.terms, self.sigma_px
+        )
 
 
 def board_model(name: str) -> type[RayCamera]:
     """Return the model of that name; BadInput where it has no lens."""
     model = MODELS[name]
     if not (isinstance(model, type) and issubclass(model, RayCamera)):
-        raise BadInput(f"A board cannot calibrate the lens of the model {name}.",
-                       "Choose brown-conrady, or fisheye for very wide lenses.", reason="bad-model")
+        raise BadInput(
+            f"A board cannot calibrate the lens of the model {name}.",
+            "Choose brown-conrady, or fisheye for very wide lenses.",
+            reason="bad-model",
+        )
     return model
 
 
 def board_options(model: type[RayCamera]) -> tuple[Option, ...]:
     """Return the options of a board calibration of that model."""
-    return (*(option for option in FITTERS[model.NAME].OPTIONS if option.name == "terms"), *BOARD_OPTIONS)
+    return (
+        *(option for option in FITTERS[model.NAME].OPTIONS if option.name == "terms"),
+        *BOARD_OPTIONS,
+    )
 
 
-def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[RayCamera],
-              options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> BoardFit:
+def fit_board(
+    views: tuple[BoardView, ...],
+    image_size: ImageSize,
+    model: type[RayCamera],
+    options: Mapping[str, Any] | None = None,
+    progress: Progress = no_progress,
+) -> BoardFit:
     """Fit the model's lens, the board's bow and every pose to the corners; FitFailed says what is missing."""
     settings = read_options(board_options(model), options)
     refuse_bent_board(views)
@@ -129,38 +156,67 @@ def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[R
     first_terms = term_sets[(len(term_sets) + 1) // 2] if len(term_sets) > 1 else term_sets[0]
     start = _search(solver, model, observations, first_terms)
     progress(0.3, "Excluding outliers")
-    found = reject_outliers(solver, observations, start, first_terms, FIRST_SIGMA_PX, np.ones(len(usable), bool))
+    found = reject_outliers(
+        solver, observations, start, first_terms, FIRST_SIGMA_PX, np.ones(len(usable), bool)
+    )
     tried: dict[str, float] = {}
     if len(term_sets) > 1:
         found, tried = _select_terms(solver, found, observations, term_sets, progress)
     _refuse_too_few_views(int(found.used.sum()), left_out)
     progress(0.9, "Estimating the uncertainty")
-    solution = solver.solve(observations.only(found.used).without(found.outliers[found.used]),
-                            found.state.only(found.used), found.solution.terms, found.solution.sigma_px)
+    solution = solver.solve(
+        observations.only(found.used).without(found.outliers[found.used]),
+        found.state.only(found.used),
+        found.solution.terms,
+        found.solution.sigma_px,
+    )
     _refuse_implausible(solution, found, observations)
     used = np.zeros(len(views), bool)
     used[usable[found.used]] = True
     names = observations.names
-    left_out += [RejectedView(int(usable[i]), names[i], "disagrees", f"{names[i]} was excluded: {reason}.")
-                 for i, reason in enumerate(found.reasons) if reason]
+    left_out += [
+        RejectedView(int(usable[i]), names[i], "disagrees", f"{names[i]} was excluded: {reason}.")
+        for i, reason in enumerate(found.reasons)
+        if reason
+    ]
     estimated, covariance = lens_covariance(solution)
     lens = solution.minimum.state.lens_of(model.NAME, image_size, estimated, covariance)
-    return BoardFit(lens, solver, solution, views, used, tuple(sorted(left_out, key=lambda out: out.index)),
-                    found.outliers[found.used], tried or {" ".join(solution.terms): solution.sigma_px})
+    return BoardFit(
+        lens,
+        solver,
+        solution,
+        views,
+        used,
+        tuple(sorted(left_out, key=lambda out: out.index)),
+        found.outliers[found.used],
+        tried or {" ".join(solution.terms): solution.sigma_px},
+    )
 
 
-def _search(solver: BoardSolver, model: type[RayCamera], observations: BoardObservations,
-            terms: tuple[str, ...]) -> BoardParameters:
+def _search(
+    solver: BoardSolver,
+    model: type[RayCamera],
+    observations: BoardObservations,
+    terms: tuple[str, ...],
+) -> BoardParameters:
     """Return the best of several starts, found on some of the views, with the poses of all."""
     few = observations.only(_evenly_spaced(len(observations.pixels), MAX_SEARCH_VIEWS))
-    tries = [solver.solve(few, start, terms, FIRST_SIGMA_PX, robust=True, max_steps=MAX_SEARCH_STEPS)
-             for start in start_states(model, few, solver.image_size, distorts=bool(terms))]
+    tries = [
+        solver.solve(few, start, terms, FIRST_SIGMA_PX, robust=True, max_steps=MAX_SEARCH_STEPS)
+        for start in start_states(model, few, solver.image_size, distorts=bool(terms))
+    ]
     best = min(tries, key=lambda t: t.minimum.cost)
     if not np.isfinite(best.minimum.cost):
         raise _no_camera_error()
     lens = best.minimum.state
-    posed = state_with_poses(lens.lens, lens.terms, float(np.exp(lens.log_focal)), lens.aspect, lens.centre_px,
-                             observations)
+    posed = state_with_poses(
+        lens.lens,
+        lens.terms,
+        float(np.exp(lens.log_focal)),
+        lens.aspect,
+        lens.centre_px,
+        observations,
+    )
     return replace(posed, warp_mm=lens.warp_mm)
 
 
@@ -169,7 +225,9 @@ def _evenly_spaced(count: int, most: int) -> Indices:
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
 
 
-def term_sets_for(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[tuple[str, ...], ...]:
+def term_sets_for(
+    model: type[RayCamera], settings: Mapping[str, Any]
+) -> tuple[tuple[str, ...], ...]:
     """Return the sets of terms to try, simplest first; one where they are given. A board may support all there are."""
     given = settings.get("terms", "auto")
     if given != "auto":
@@ -178,20 +236,28 @@ def term_sets_for(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[
     return term_sets if term_sets[-1] == model.LENS.TERMS else (*term_sets, model.LENS.TERMS)
 
 
-def _select_terms(solver: BoardSolver, found: OutlierRejection, observations: BoardObservations,
-                  term_sets: tuple[tuple[str, ...], ...], progress: Progress,
-                  ) -> tuple[OutlierRejection, dict[str, float]]:
+def _select_terms(
+    solver: BoardSolver,
+    found: OutlierRejection,
+    observations: BoardObservations,
+    term_sets: tuple[tuple[str, ...], ...],
+    progress: Progress,
+) -> tuple[OutlierRejection, dict[str, float]]:
     """Fit every set of terms to the same corners; then reject anew what disagrees with the best."""
     some = np.flatnonzero(found.used)[_evenly_spaced(int(found.used.sum()), MAX_SELECTION_VIEWS)]
     same, sigma = observations.only(some).without(found.outliers[some]), found.solution.sigma_px
     state, solutions = found.state.only(some), []
     for number, terms in enumerate(term_sets):
-        progress(0.4 + 0.4 * number / len(term_sets), f"Trying {' '.join(terms) or 'no distortion'}")
+        progress(
+            0.4 + 0.4 * number / len(term_sets), f"Trying {' '.join(terms) or 'no distortion'}"
+        )
         solutions.append(solver.solve(same, state, terms, sigma, max_steps=MAX_SELECTION_STEPS))
     chosen = _simplest_supported(solutions)
     best = solutions[chosen]
     start = best.minimum.state.with_poses_of(found.state, some)
-    again = reject_outliers(solver, observations, start, term_sets[chosen], best.sigma_px, found.used)
+    again = reject_outliers(
+        solver, observations, start, term_sets[chosen], best.sigma_px, found.used
+    )
     reasons = tuple(a or b for a, b in zip(found.reasons, again.reasons, strict=True))
     return replace(again, reasons=reasons), {" ".join(r.terms): r.sigma_px for r in solutions}
 
@@ -202,7 +268,10 @@ def _simplest_supported(solutions: Sequence[BoardSolution]) -> int:
     for number, richer in enumerate(solutions[1:], 1):
         min_gain = MIN_RATIONAL_GAIN if {"k4", "k5", "k6"} <= set(richer.terms) else 0.0
         simple = solutions[best]
-        if _is_significantly_better(simple, richer) and richer.sigma_px < (1 - min_gain) * simple.sigma_px:
+        if (
+            _is_significantly_better(simple, richer)
+            and richer.sigma_px < (1 - min_gain) * simple.sigma_px
+        ):
             best = number
     return best
 
@@ -215,7 +284,11 @@ def _is_significantly_better(simple: BoardSolution, rich: BoardSolution) -> bool
     """
     extra = np.array([name not in simple.names for name in rich.names])
     q, freedom = int(extra.sum()), rich.freedom
-    if not q or freedom < 1 or not (np.isfinite(rich.minimum.cost) and np.isfinite(rich.minimum.reduced).all()):
+    if (
+        not q
+        or freedom < 1
+        or not (np.isfinite(rich.minimum.cost) and np.isfinite(rich.minimum.reduced).all())
+    ):
         return False
     gain = (simple.minimum.cost - rich.minimum.cost) / q
     views = len(rich.problem.observations.pixels)
@@ -249,7 +322,10 @@ def lens_covariance(solution: BoardSolution) -> tuple[tuple[str, ...], Array]:
 
 def shared_covariance(solution: BoardSolution) -> Array:
     """Return the covariance of solution.names at the σ that the residuals have."""
-    information = solution.minimum.information * (solution.problem.sigma_px / max(solution.sigma_px, 1e-12)) ** 2
+    information = (
+        solution.minimum.information
+        * (solution.problem.sigma_px / max(solution.sigma_px, 1e-12)) ** 2
+    )
     information = information + np.diag(solution.prior**2)
     if not np.isfinite(information).all():  # numpy's eigenvalues would not end
         return np.full_like(information, np.nan)
@@ -259,28 +335,58 @@ def shared_covariance(solution: BoardSolution) -> Array:
 def _scaled_inverse(information: Array, rcond: float) -> Array:
     """Return the pseudo-inverse of a symmetric matrix, inverted with ones on its diagonal: its units differ widely."""
     scale = 1 / np.sqrt(np.diag(information))
-    return np.linalg.pinv(information * np.outer(scale, scale), rcond=rcond, hermitian=True) * np.outer(scale, scale)
+    return np.linalg.pinv(
+        information * np.outer(scale, scale), rcond=rcond, hermitian=True
+    ) * np.outer(scale, scale)
 
 
-def _refuse_implausible(solution: BoardSolution, found: OutlierRejection, observations: BoardObservations) -> None:
+def _refuse_implausible(
+    solution: BoardSolution, found: OutlierRejection, observations: BoardObservations
+) -> None:
     """Raise FitFailed for a minimum that is no camera's: corners that no camera saw have a minimum too."""
-    outlier_share = found.outliers[found.used].sum() / max(observations.present[found.used].sum(), 1)
-    finite = np.isfinite(lens_covariance(solution)[1]).all() and np.isfinite(solution.minimum.state.shared).all()
-    if not (solution.sigma_px < MAX_SIGMA_SHARE * solution.problem.image_size.width
-            and outlier_share < MAX_OUTLIER_SHARE and finite):
+    outlier_share = found.outliers[found.used].sum() / max(
+        observations.present[found.used].sum(), 1
+    )
+    finite = (
+        np.isfinite(lens_covariance(solution)[1]).all()
+        and np.isfinite(solution.minimum.state.shared).all()
+    )
+    if not (
+        solution.sigma_px < MAX_SIGMA_SHARE * solution.problem.image_size.width
+        and outlier_share < MAX_OUTLIER_SHARE
+        and finite
+    ):
         raise _no_camera_error()
 
 
 def _no_camera_error() -> FitFailed:
-    return FitFailed(say("refused.board-model", "No lens model reproduces the board in these views."), say(
-        "refused.board-model.fix", "Check the columns and rows of the board, and that corners and places are in the "
-        "same order."), reason="no-camera")
+    return FitFailed(
+        say("refused.board-model", "No lens model reproduces the board in these views."),
+        say(
+            "refused.board-model.fix",
+            "Check the columns and rows of the board, and that corners and places are in the "
+            "same order.",
+        ),
+        reason="no-camera",
+    )
 
 
 def _refuse_too_few_views(count: int, left_out: list[RejectedView]) -> None:
     if count < MIN_VIEWS:
         raise FitFailed(
-            join(say("refused.few-views", "{n} views can be used; a lens calibration requires {least}.", n=count,
-                     least=MIN_VIEWS), left_out[0].text if left_out else ""),
-            say("refused.few-views.fix", "Take about 20 images of the board, tilted in all directions and covering the "
-                                         "whole frame."), reason="too-few-views")
+            join(
+                say(
+                    "refused.few-views",
+                    "{n} views can be used; a lens calibration requires {least}.",
+                    n=count,
+                    least=MIN_VIEWS,
+                ),
+                left_out[0].text if left_out else "",
+            ),
+            say(
+                "refused.few-views.fix",
+                "Take about 20 images of the board, tilted in all directions and covering the "
+                "whole frame.",
+            ),
+            reason="too-few-views",
+        )

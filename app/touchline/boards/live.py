@@ -19,8 +19,12 @@ class BoardPart(CameraPart):
     """Detects boards before the camera."""
 
     def __init__(self, around: PartContext) -> None:
-        self.requests = {"board": lambda request: (
-            detect_board(around.capture, Board.from_json(request["board"]), request["after"]), b"")}
+        self.requests = {
+            "board": lambda request: (
+                detect_board(around.capture, Board.from_json(request["board"]), request["after"]),
+                b"",
+            )
+        }
 
 
 def detect_board(capture: FrameCapture, board: Board, after: int) -> JsonObject:
@@ -31,6 +35,12 @@ def detect_board(capture: FrameCapture, board: Board, after: int) -> JsonObject:
     view = find_board_quickly(taken.frame.pixels, board)
     size = taken.frame.size
     pose = None if view is None else BoardPose.of(view, board, size)
-    return {"seq": taken.seq, "time": taken.time, "width": size.width, "height": size.height,
-            "corners": [] if view is None else np.round(view.pixels, 1).tolist(),
-            "quad": None if pose is None else pose.quad.tolist(), "took_s": time.monotonic() - start_s}
+    return {
+        "seq": taken.seq,
+        "time": taken.time,
+        "width": size.width,
+        "height": size.height,
+        "corners": [] if view is None else np.round(view.pixels, 1).tolist(),
+        "quad": None if pose is None else pose.quad.tolist(),
+        "took_s": time.monotonic() - start_s,
+    }

@@ -52,16 +52,33 @@ def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Itera
         name = view.name or f"view {index + 1}"
         n = len(view.pixels)
         if n < MIN_CORNERS:
-            yield RejectedView(index, name, "too-few-corners",
-                               f"{name} has {n} corners; at least {MIN_CORNERS} are required.")
+            yield RejectedView(
+                index,
+                name,
+                "too-few-corners",
+                f"{name} has {n} corners; at least {MIN_CORNERS} are required.",
+            )
         elif _are_collinear(view.pixels) or _are_collinear(view.places_mm[:, :2]):
-            yield RejectedView(index, name, "corners-on-a-line",
-                               f"The corners of {name} are on one line and do not determine a pose.")
+            yield RejectedView(
+                index,
+                name,
+                "corners-on-a-line",
+                f"The corners of {name} are on one line and do not determine a pose.",
+            )
         elif not inside_picture(view.pixels, image_size, -1).all():
-            yield RejectedView(index, name, "outside-picture",
-                               f"{name} has corners outside the image of {image_size}.")
+            yield RejectedView(
+                index,
+                name,
+                "outside-picture",
+                f"{name} has corners outside the image of {image_size}.",
+            )
         elif (same := np.rint(view.pixels / SAME_IMAGE_PX).tobytes()) in first:
-            yield RejectedView(index, name, "seen-already", f"{name} repeats {first[same]} and adds no information.")
+            yield RejectedView(
+                index,
+                name,
+                "seen-already",
+                f"{name} repeats {first[same]} and adds no information.",
+            )
         else:
             first[same] = name
 
@@ -74,9 +91,14 @@ def _are_collinear(points: Array) -> bool:
 def refuse_bent_board(views: tuple[BoardView, ...]) -> None:
     """Raise FitFailed where the corners' places are not those of one flat board."""
     places = np.concatenate([view.places_mm for view in views]) if views else np.zeros((0, 3))
-    if len(places) and np.ptp(places[:, 2]) > MAX_BOW * max(np.ptp(places[:, 0]), np.ptp(places[:, 1])):
-        raise FitFailed("The object points are not in one plane.", "Use a flat board, with z = 0 on its face.",
-                        reason="board-not-flat")
+    if len(places) and np.ptp(places[:, 2]) > MAX_BOW * max(
+        np.ptp(places[:, 0]), np.ptp(places[:, 1])
+    ):
+        raise FitFailed(
+            "The object points are not in one plane.",
+            "Use a flat board, with z = 0 on its face.",
+            reason="board-not-flat",
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +112,14 @@ class OutlierRejection:
     reasons: tuple[str, ...]
 
 
-def reject_outliers(solver: BoardSolver, observations: BoardObservations, start: BoardParameters,
-                    terms: tuple[str, ...], sigma_px: float, used: Mask) -> OutlierRejection:
+def reject_outliers(
+    solver: BoardSolver,
+    observations: BoardObservations,
+    start: BoardParameters,
+    terms: tuple[str, ...],
+    sigma_px: float,
+    used: Mask,
+) -> OutlierRejection:
     """Fit, leave out what disagrees, fit again, until nothing changes. used (v,): views to begin with."""
     robust = solver.settings["robust"]
     used, outliers = used.copy(), np.zeros(observations.present.shape, bool)
@@ -99,15 +127,22 @@ def reject_outliers(solver: BoardSolver, observations: BoardObservations, start:
     state = start
     for number in range(MAX_ROUNDS):
         first = robust and number == 0
-        solution = solver.solve(observations.only(used).without(outliers[used]), state.only(used), terms, sigma_px,
-                                robust=first)
+        solution = solver.solve(
+            observations.only(used).without(outliers[used]),
+            state.only(used),
+            terms,
+            sigma_px,
+            robust=first,
+        )
         state = solution.minimum.state.with_poses_of(state, used)
         if not robust:
             break
         distances = _distances_px(solution, observations.only(used))
         present = observations.present[used]
         # at first from the median length, which outliers hardly move
-        typical = float(np.median(distances[present])) / RAYLEIGH_MEDIAN if first else solution.sigma_px
+        typical = (
+            float(np.median(distances[present])) / RAYLEIGH_MEDIAN if first else solution.sigma_px
+        )
         sigma_px = max(typical, MIN_NOISE_PX)
         beyond = np.zeros_like(outliers)
         beyond[used] = distances > OUTLIER_SIGMAS * sigma_px
@@ -115,9 +150,13 @@ def reject_outliers(solver: BoardSolver, observations: BoardObservations, start:
         left_out_before = len(used) - used.sum()
         if wrong.any() and left_out_before + wrong.sum() <= MAX_LEFT_OUT * len(used):
             wrong_views = np.flatnonzero(used)[wrong]
-            for index, median in zip(wrong_views, np.nanmedian(distances, axis=1)[wrong], strict=True):
-                reasons[index] = (f"its corners are {format_number(median)} px from the position predicted by the "
-                                  "other views")
+            for index, median in zip(
+                wrong_views, np.nanmedian(distances, axis=1)[wrong], strict=True
+            ):
+                reasons[index] = (
+                    f"its corners are {format_number(median)} px from the position predicted by the "
+                    "other views"
+                )
             used[wrong_views] = False
         elif np.array_equal(beyond, outliers) and not first:
             break
@@ -127,7 +166,9 @@ def reject_outliers(solver: BoardSolver, observations: BoardObservations, start:
 
 def _distances_px(solution: BoardSolution, observations: BoardObservations) -> Array:
     """Return how far corners are from their projections (v, m): NaN of padding, infinite where none is projected."""
-    residuals = replace(solution.problem, observations=observations).residuals_px(solution.minimum.state)
+    residuals = replace(solution.problem, observations=observations).residuals_px(
+        solution.minimum.state
+    )
     distances = np.linalg.norm(residuals, axis=-1)
     return np.where(observations.present & np.isnan(distances), np.inf, distances)
 
@@ -136,4 +177,6 @@ def _wrong_views(distances: Array, beyond: Mask, present: Mask) -> Mask:
     """Return views (v,) whose residuals are several times the usual, or that have many outliers."""
     medians = np.nanmedian(distances, axis=1)
     share = beyond.sum(axis=1) / np.maximum(present.sum(axis=1), 1)
-    return (medians > np.maximum(MAX_VIEW_RATIO * np.median(medians), MIN_NOISE_PX)) | (share > MAX_VIEW_OUTLIERS)
+    return (medians > np.maximum(MAX_VIEW_RATIO * np.median(medians), MIN_NOISE_PX)) | (
+        share > MAX_VIEW_OUTLIERS
+    )

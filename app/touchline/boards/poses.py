@@ -66,12 +66,19 @@ class BoardCapture:
         if pose is None:
             self._still.clear()
             return {"still": False, "new": False, "hint": NO_BOARD}
-        self._still = [(then, other) for then, other in self._still
-                       if pose.moved_px(other) <= MAX_STILL_SHARE * self.size.width]
+        self._still = [
+            (then, other)
+            for then, other in self._still
+            if pose.moved_px(other) <= MAX_STILL_SHARE * self.size.width
+        ]
         still = bool(self._still) and now_s - self._still[0][0] >= STILL_S
         self._still.append((now_s, pose))
         new = not any(pose.is_similar(other) for other in self.poses)
-        return {"still": still, "new": new, "hint": "" if still and new else HOLD_STILL if new else OTHER_POSE}
+        return {
+            "still": still,
+            "new": new,
+            "hint": "" if still and new else HOLD_STILL if new else OTHER_POSE,
+        }
 
     def add_view(self, quad: Any) -> None:
         """Note that this view was taken."""
@@ -114,9 +121,11 @@ class BoardPose:
         """Read four points from JSON; BadInput where they are no quad."""
         quad = np.array(points, dtype=np.float64)
         if quad.shape != (4, 2) or not _is_quad(quad):
-            raise BadInput("The outline of a view does not have four corners.",
-                           "Send the four corners as they were reported for the view.",
-                           reason="bad-view")
+            raise BadInput(
+                "The outline of a view does not have four corners.",
+                "Send the four corners as they were reported for the view.",
+                reason="bad-view",
+            )
         return cls(quad, size)
 
     @cached_property
@@ -126,7 +135,10 @@ class BoardPose:
     @cached_property
     def share(self) -> float:
         """Return how much of the image's width its longer side fills."""
-        return float(np.linalg.norm(self.quad - np.roll(self.quad, 1, axis=0), axis=1).max() / self.size.width)
+        return float(
+            np.linalg.norm(self.quad - np.roll(self.quad, 1, axis=0), axis=1).max()
+            / self.size.width
+        )
 
     @cached_property
     def tilt(self) -> Array:
@@ -158,9 +170,11 @@ class BoardPose:
 
     def is_similar(self, other: "BoardPose") -> bool:
         """Return whether it adds nothing to the other."""
-        return bool(np.linalg.norm(self.centre - other.centre) < SAME_PLACE * self.size.width
-                    and abs(np.log(self.share / other.share)) < SAME_SIZE
-                    and np.linalg.norm(self.tilt - other.tilt) < SAME_TILT)
+        return bool(
+            np.linalg.norm(self.centre - other.centre) < SAME_PLACE * self.size.width
+            and abs(np.log(self.share / other.share)) < SAME_SIZE
+            and np.linalg.norm(self.tilt - other.tilt) < SAME_TILT
+        )
 
     def corners(self, board: Board) -> Points:
         """Return about where its inner corners are, (n, 2) px."""
@@ -181,8 +195,12 @@ class PoseHistory:
     next_view: JsonObject | None
 
     def to_json(self) -> JsonObject:
-        return {"cells": self.cells.tolist(), "share": float((self.cells > 0).mean()), "tilts": self.tilts,
-                "wanted": self.next_view}
+        return {
+            "cells": self.cells.tolist(),
+            "share": float((self.cells > 0).mean()),
+            "tilts": self.tilts,
+            "wanted": self.next_view,
+        }
 
 
 def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseHistory:
@@ -192,22 +210,44 @@ def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseH
     views_by_edge = {edge: sum(pose.nearer == edge for pose in poses) for edge in ("", *EDGES)}
     tilts = {edge or "face on": count for edge, count in views_by_edge.items()}
     # By ninths of the image (column, row): in which share of their cells corners were seen.
-    shares = {(i, j): float((block > 0).mean()) for j, row in enumerate(np.array_split(cells, 3, axis=0))
-              for i, block in enumerate(np.array_split(row, 3, axis=1))}
+    shares = {
+        (i, j): float((block > 0).mean())
+        for j, row in enumerate(np.array_split(cells, 3, axis=0))
+        for i, block in enumerate(np.array_split(row, 3, axis=1))
+    }
     has_gaps = min(shares.values()) < MIN_COVERED_SHARE
-    if not has_gaps and min(views_by_edge.values()) >= MIN_VIEWS_PER_EDGE and len(poses) >= MIN_VIEWS:
+    if (
+        not has_gaps
+        and min(views_by_edge.values()) >= MIN_VIEWS_PER_EDGE
+        and len(poses) >= MIN_VIEWS
+    ):
         return PoseHistory(cells, tilts, None)
     # The emptiest places and the rarest tilts first; gaps in the image before tilts.
-    views_at = Counter(tuple(np.clip(pose.centre / tuple(size) * 3, 0, 2).astype(int)) for pose in poses)
+    views_at = Counter(
+        tuple(np.clip(pose.centre / tuple(size) * 3, 0, 2).astype(int)) for pose in poses
+    )
     places = sorted(shares, key=lambda at: (min(shares[at], MIN_COVERED_SHARE), views_at[at]))
     edges = sorted(views_by_edge, key=lambda edge: (views_by_edge[edge], edge != ""))
-    order = product(places, edges) if has_gaps else ((place, edge) for edge, place in product(edges, places))
+    order = (
+        product(places, edges)
+        if has_gaps
+        else ((place, edge) for edge, place in product(edges, places))
+    )
     for (column, row), nearer in order:
         pose = BoardPose(_quad_at(ninth_centre(column, row), nearer, board, size), size)
         if not any(pose.is_similar(other) for other in poses):
-            return PoseHistory(cells, tilts, stated({
-                "text": view_instruction(ninth_name(column, row), nearer), "outline": pose.quad.tolist(),
-                "nearer": nearer, "tilt_deg": NEXT_TILT_DEG if nearer else 0.0}))
+            return PoseHistory(
+                cells,
+                tilts,
+                stated(
+                    {
+                        "text": view_instruction(ninth_name(column, row), nearer),
+                        "outline": pose.quad.tolist(),
+                        "nearer": nearer,
+                        "tilt_deg": NEXT_TILT_DEG if nearer else 0.0,
+                    }
+                ),
+            )
     return PoseHistory(cells, tilts, None)
 
 
@@ -228,13 +268,19 @@ def _quad_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Array:
     corners = np.concatenate([places, rim]) @ rotation.T + ray * distance
     pixels = corners[:, :2] / corners[:, 2:] * focal + middle
     # A detector needs the board's white rim as well: as far into the image as that needs.
-    return pixels[:4] + (np.maximum(0, -pixels.min(axis=0)) + np.minimum(0, size_px - 1 - pixels.max(axis=0)))
+    return pixels[:4] + (
+        np.maximum(0, -pixels.min(axis=0)) + np.minimum(0, size_px - 1 - pixels.max(axis=0))
+    )
 
 
 def cell_counts(pixels: Points, size: ImageSize) -> Array:
     """Return how many corners (n, 2) px lie in each cell of the image, (rows, columns)."""
-    counts, *_ = np.histogram2d(pixels[:, 1], pixels[:, 0], bins=(CELLS[1], CELLS[0]),
-                                range=((-0.5, size.height - 0.5), (-0.5, size.width - 0.5)))
+    counts, *_ = np.histogram2d(
+        pixels[:, 1],
+        pixels[:, 0],
+        bins=(CELLS[1], CELLS[0]),
+        range=((-0.5, size.height - 0.5), (-0.5, size.width - 0.5)),
+    )
     return counts.astype(int)
 
 
@@ -268,18 +314,37 @@ def rotation_to(ray: Array) -> Array:
 def tilt_vector(nearer: str) -> Array:
     """Return the rotation vector of a board with that edge nearer."""
     angle = np.radians(NEXT_TILT_DEG)
-    return {"": np.zeros(3), "right": np.array([0, angle, 0]), "left": np.array([0, -angle, 0]),
-            "top": np.array([angle, 0, 0]), "bottom": np.array([-angle, 0, 0])}[nearer]
+    return {
+        "": np.zeros(3),
+        "right": np.array([0, angle, 0]),
+        "left": np.array([0, -angle, 0]),
+        "top": np.array([angle, 0, 0]),
+        "bottom": np.array([-angle, 0, 0]),
+    }[nearer]
 
 
 def view_instruction(place: str, nearer: str) -> Sentence:
     """Return how to hold a board. place: such as "top left", "" in the middle; nearer: its edge, "" face on."""
-    where = (say(f"place.{place.replace(' ', '-')}", f"at the {place} of the image") if place else
-             say("place.middle", "in the middle of the image"))
-    how = (say(f"board.nearer-{nearer}", f"tilted about {{deg:.0f}}° with its {nearer} edge nearer", deg=NEXT_TILT_DEG)
-           if nearer else say("board.facing", "facing the camera"))
-    return say("board.hold", "Hold the board {where}, {how}. It should fill about a third of the image width.",
-               where=where, how=how)
+    where = (
+        say(f"place.{place.replace(' ', '-')}", f"at the {place} of the image")
+        if place
+        else say("place.middle", "in the middle of the image")
+    )
+    how = (
+        say(
+            f"board.nearer-{nearer}",
+            f"tilted about {{deg:.0f}}° with its {nearer} edge nearer",
+            deg=NEXT_TILT_DEG,
+        )
+        if nearer
+        else say("board.facing", "facing the camera")
+    )
+    return say(
+        "board.hold",
+        "Hold the board {where}, {how}. It should fill about a third of the image width.",
+        where=where,
+        how=how,
+    )
 
 
 def _apply_homography(homography: Array, places: Array) -> Points:

@@ -53,14 +53,26 @@ class BoardObservations:
             pixels[i, :n], places[i, :n], present[i, :n] = view.pixels, view.places_mm, True
             pixels[i, n:], places[i, n:] = view.pixels[0], view.places_mm[0]
         across = (places[..., :2] - (low + high) / 2) / half  # u, v
-        return cls(pixels, places, present, 1 - across**2, float(np.linalg.norm(half)),
-                   tuple(view.name for view in views))
+        return cls(
+            pixels,
+            places,
+            present,
+            1 - across**2,
+            float(np.linalg.norm(half)),
+            tuple(view.name for view in views),
+        )
 
     def only(self, keep: Mask | Indices) -> Self:
         """Return some of the views."""
         index = np.arange(len(self.names))[keep]
-        return replace(self, pixels=self.pixels[index], places=self.places[index], present=self.present[index],
-                       bow_shape=self.bow_shape[index], names=tuple(self.names[i] for i in index))
+        return replace(
+            self,
+            pixels=self.pixels[index],
+            places=self.places[index],
+            present=self.present[index],
+            bow_shape=self.bow_shape[index],
+            names=tuple(self.names[i] for i in index),
+        )
 
     def without(self, outliers: Mask) -> Self:
         """Return the same without some corners (v, m)."""
@@ -96,12 +108,20 @@ class BoardParameters:
     def with_shared(self, values: Array) -> Self:
         """Return the same poses with other values of names."""
         n = 4 + len(self.terms)
-        return replace(self, log_focal=float(values[0]), aspect=float(values[1]), centre_px=np.array(values[2:4]),
-                       terms=np.array(values[4:n]), warp_mm=np.array(values[n:]))
+        return replace(
+            self,
+            log_focal=float(values[0]),
+            aspect=float(values[1]),
+            centre_px=np.array(values[2:4]),
+            terms=np.array(values[4:n]),
+            warp_mm=np.array(values[n:]),
+        )
 
     def only(self, keep: Mask | Indices) -> Self:
         """Return the state of some of the views."""
-        return replace(self, rotations=self.rotations[keep], translations_mm=self.translations_mm[keep])
+        return replace(
+            self, rotations=self.rotations[keep], translations_mm=self.translations_mm[keep]
+        )
 
     def with_poses_of(self, full: Self, keep: Mask | Indices) -> Self:
         """Return this state of some of the views, with the other views' poses from `full`."""
@@ -116,21 +136,34 @@ class BoardParameters:
         # of the logarithm: no step changes the focal length more than e-fold
         full[0] = np.clip(full[0], -1, 1)
         turned = matrix_from_vector(pose_steps[:, :3]) @ self.rotations
-        return replace(self.with_shared(self.shared + full), rotations=turned,
-                       translations_mm=self.translations_mm + pose_steps[:, 3:])
+        return replace(
+            self.with_shared(self.shared + full),
+            rotations=turned,
+            translations_mm=self.translations_mm + pose_steps[:, 3:],
+        )
 
     def camera_points(self, observations: BoardObservations) -> Array:
         """Return the corners in the camera's frame, mm (v, m, 3)."""
-        return self._board_points(observations) @ self.rotations.transpose(0, 2, 1) + self.translations_mm[:, None]
+        return (
+            self._board_points(observations) @ self.rotations.transpose(0, 2, 1)
+            + self.translations_mm[:, None]
+        )
 
     def project(self, observations: BoardObservations) -> Array:
         """Return the corners' raw pixels (v, m, 2)."""
-        return self.lens.distort(self.terms, self.camera_points(observations)) * self._focal + self.centre_px
+        return (
+            self.lens.distort(self.terms, self.camera_points(observations)) * self._focal
+            + self.centre_px
+        )
 
-    def project_jacobian(self, observations: BoardObservations, free: Mask) -> tuple[Array, Array, Array]:
+    def project_jacobian(
+        self, observations: BoardObservations, free: Mask
+    ) -> tuple[Array, Array, Array]:
         """Return pixels (v, m, 2), derivatives by the free ones of names (v, m, 2, n), and by the pose (v, m, 2, 6)."""
         arms = self._board_points(observations) @ self.rotations.transpose(0, 2, 1)
-        plane, by_ray, by_terms = self.lens.distort_jacobian(self.terms, arms + self.translations_mm[:, None])
+        plane, by_ray, by_terms = self.lens.distort_jacobian(
+            self.terms, arms + self.translations_mm[:, None]
+        )
         focal = self._focal
         by_ray = by_ray * focal[:, None]
         # the board's z, along which a bow moves corners
@@ -145,17 +178,33 @@ class BoardParameters:
             elif name in ("centre_x", "centre_y"):
                 into[..., int(name == "centre_y")] = 1.0
             elif name in WARP:
-                into[...] = np.sum(by_ray * normal, axis=-1) * observations.bow_shape[..., WARP.index(name), None]
+                into[...] = (
+                    np.sum(by_ray * normal, axis=-1)
+                    * observations.bow_shape[..., WARP.index(name), None]
+                )
             else:
                 into[...] = by_terms[..., index - 4] * focal
         return plane * focal + self.centre_px, by_shared, _by_pose(arms, by_ray)
 
-    def lens_of(self, model: str, image_size: ImageSize, estimated: tuple[str, ...] = (),
-                covariance: Array | None = None) -> Intrinsics:
+    def lens_of(
+        self,
+        model: str,
+        image_size: ImageSize,
+        estimated: tuple[str, ...] = (),
+        covariance: Array | None = None,
+    ) -> Intrinsics:
         """Return the lens alone."""
         rows = () if covariance is None else tuple(tuple(map(float, row)) for row in covariance)
-        return Intrinsics(model, tuple(map(float, self.terms)), float(np.exp(self.log_focal)), float(self.aspect),
-                          (float(self.centre_px[0]), float(self.centre_px[1])), image_size, estimated, rows)
+        return Intrinsics(
+            model,
+            tuple(map(float, self.terms)),
+            float(np.exp(self.log_focal)),
+            float(self.aspect),
+            (float(self.centre_px[0]), float(self.centre_px[1])),
+            image_size,
+            estimated,
+            rows,
+        )
 
     def _board_points(self, observations: BoardObservations) -> Array:
         """Return the corners of the bowed board in its own frame, mm (v, m, 3)."""
@@ -209,10 +258,17 @@ class BoardProblem:
         with np.errstate(all="ignore"):
             pixels, by_shared, by_pose = state.project_jacobian(self.observations, self.free)
             residuals = pixels - self.observations.pixels
-            lost = ~(np.isfinite(residuals).all(axis=-1) & np.isfinite(by_shared).all(axis=(-2, -1))
-                     & np.isfinite(by_pose).all(axis=(-2, -1)))
+            lost = ~(
+                np.isfinite(residuals).all(axis=-1)
+                & np.isfinite(by_shared).all(axis=(-2, -1))
+                & np.isfinite(by_pose).all(axis=(-2, -1))
+            )
         if lost.any():  # beyond this lens's horizon: a large residual without a direction
-            residuals[lost], by_shared[lost], by_pose[lost] = LOST_CORNER_SHARE * self.image_size.width, 0, 0
+            residuals[lost], by_shared[lost], by_pose[lost] = (
+                LOST_CORNER_SHARE * self.image_size.width,
+                0,
+                0,
+            )
         weight = np.where(self.observations.present, 1 / self.sigma_px, 0.0)[..., None]
         residuals *= weight
         by_shared *= weight[..., None]
@@ -234,7 +290,10 @@ class BoardProblem:
             elif name == "aspect":
                 mean, sigma = 1.0, PRIOR_SIGMAS[name]
             elif name.startswith("centre"):
-                mean, sigma = self.image_size.centre[name == "centre_y"], PRIOR_SIGMAS["centre"] * width
+                mean, sigma = (
+                    self.image_size.centre[name == "centre_y"],
+                    PRIOR_SIGMAS["centre"] * width,
+                )
             elif name in WARP:
                 mean, sigma = 0.0, PRIOR_SIGMAS["warp"] * self.observations.half_diagonal_mm
             else:
@@ -244,8 +303,15 @@ class BoardProblem:
         return np.array(means)[self.free], np.array(weights)[self.free]
 
 
-def free_mask(state: BoardParameters, terms: tuple[str, ...], *, aspect: bool, centre: bool, warp: bool) -> Mask:
+def free_mask(
+    state: BoardParameters, terms: tuple[str, ...], *, aspect: bool, centre: bool, warp: bool
+) -> Mask:
     """Return which of state.names are estimated."""
-    free = ("log_focal", *terms, *(("aspect",) if aspect else ()), *(("centre_x", "centre_y") if centre else ()),
-            *(WARP if warp else ()))
+    free = (
+        "log_focal",
+        *terms,
+        *(("aspect",) if aspect else ()),
+        *(("centre_x", "centre_y") if centre else ()),
+        *(WARP if warp else ()),
+    )
     return np.array([name in free for name in state.names])

@@ -36,7 +36,13 @@ MAX_NOISE_PX = 1.0
 MAX_HELD_OUT_RATIO = 1.5
 MIN_TERM_SIGMAS = 2.0
 MAX_BOW = 0.02  # of the board's half diagonal
-SERIOUS = ("focal-length-changed", "wrong-model", "noisy-corners", "badly-spread-views", "halves-disagree")
+SERIOUS = (
+    "focal-length-changed",
+    "wrong-model",
+    "noisy-corners",
+    "badly-spread-views",
+    "halves-disagree",
+)
 
 
 def board_report(fit: BoardFit) -> JsonObject:
@@ -48,23 +54,41 @@ def board_report(fit: BoardFit) -> JsonObject:
     cv, drift = cross_validate(fit), FocalDrift.of(fit)
     correlation = neighbour_correlation(fit.residuals_px, fit.observations)
     covered = float((counts > 0).mean())
-    warnings = [w.to_json() for w in _warnings(fit, cv, drift, expected, covered, degrees, correlation)]
+    warnings = [
+        w.to_json() for w in _warnings(fit, cv, drift, expected, covered, degrees, correlation)
+    ]
     following = next_view(fit)
     report = {
-        "rms_px": fit.rms_px, "sigma_px": fit.sigma_px, "max_px": float(np.nanmax(lengths)),
-        "corners": int(fit.observations.present.sum()), "strays": int(fit.outliers.sum()),
+        "rms_px": fit.rms_px,
+        "sigma_px": fit.sigma_px,
+        "max_px": float(np.nanmax(lengths)),
+        "corners": int(fit.observations.present.sum()),
+        "strays": int(fit.outliers.sum()),
         "views": _views(fit, lengths, degrees, nearer),
         "terms": {"chosen": list(fit.terms), "tried": dict(fit.tried)},
-        "parameters": {name: {"value": value, "sigma": fit.lens.sigma.get(name)}
-                       for name, value in fit.lens.values.items()},
+        "parameters": {
+            name: {"value": value, "sigma": fit.lens.sigma.get(name)}
+            for name, value in fit.lens.values.items()
+        },
         "bow_mm": _bow(fit),
-        "coverage": {"cells": counts.tolist(), "share": covered,
-                     "tilts": {"face on": nearer.count(""), **{f"{edge} edge nearer": nearer.count(edge)
-                                                              for edge in EDGES}},
-                     "median_tilt_deg": float(np.median(degrees)), "face_on_below_deg": MIN_TILT_DEG},
-        "expected_px": {"median": float(np.nanmedian(expected)), "max": float(np.nanmax(expected)),
-                        "grid": expected.tolist()},
-        "cross_validation": cv.to_json(), "focal_drift": drift.to_json(), "neighbour_correlation": correlation,
+        "coverage": {
+            "cells": counts.tolist(),
+            "share": covered,
+            "tilts": {
+                "face on": nearer.count(""),
+                **{f"{edge} edge nearer": nearer.count(edge) for edge in EDGES},
+            },
+            "median_tilt_deg": float(np.median(degrees)),
+            "face_on_below_deg": MIN_TILT_DEG,
+        },
+        "expected_px": {
+            "median": float(np.nanmedian(expected)),
+            "max": float(np.nanmax(expected)),
+            "grid": expected.tolist(),
+        },
+        "cross_validation": cv.to_json(),
+        "focal_drift": drift.to_json(),
+        "neighbour_correlation": correlation,
         "next_view": following.to_json() if following else None,
         "warnings": warnings,
     }
@@ -82,7 +106,10 @@ def neighbour_correlation(residuals: Array, observations: BoardObservations) -> 
     rows = np.rint(y / (SAME_ROW * observations.half_diagonal_mm))
     # Row by row, in each row from left to right; corners without a residual come last.
     order = np.lexsort((np.where(finite, x, np.inf), np.where(finite, rows, np.inf)), axis=1)
-    rows, finite = np.take_along_axis(rows, order, axis=1), np.take_along_axis(finite, order, axis=1)
+    rows, finite = (
+        np.take_along_axis(rows, order, axis=1),
+        np.take_along_axis(finite, order, axis=1),
+    )
     residuals = np.take_along_axis(residuals, order[..., None], axis=1)
     pairs = finite[:, 1:] & finite[:, :-1] & (rows[:, 1:] == rows[:, :-1])
     if not pairs.any():
@@ -92,18 +119,29 @@ def neighbour_correlation(residuals: Array, observations: BoardObservations) -> 
     return float(2 * np.sum(first * second) / power) if power > 0 else 0.0
 
 
-def _views(fit: BoardFit, lengths: Array, degrees: Array, nearer: tuple[str, ...]) -> list[JsonObject]:
+def _views(
+    fit: BoardFit, lengths: Array, degrees: Array, nearer: tuple[str, ...]
+) -> list[JsonObject]:
     reasons = {out.index: out for out in fit.left_out}
     quads = _quads_mm(fit)
     used_views = iter(range(len(lengths)))
     entries = []
     for index, view in enumerate(fit.views):
-        entry: JsonObject = {"name": view.name, "corners": len(view.pixels), "used": bool(fit.used[index])}
+        entry: JsonObject = {
+            "name": view.name,
+            "corners": len(view.pixels),
+            "used": bool(fit.used[index]),
+        }
         if fit.used[index]:
             k = next(used_views)
-            entry |= {"rms_px": float(np.sqrt(np.nanmean(lengths[k] ** 2))), "strays": int(fit.outliers[k].sum()),
-                      "tilt_deg": float(degrees[k]), "nearer": nearer[k],
-                      "distance_mm": float(np.linalg.norm(fit.state.translations_mm[k])), "quad_mm": quads[k].tolist()}
+            entry |= {
+                "rms_px": float(np.sqrt(np.nanmean(lengths[k] ** 2))),
+                "strays": int(fit.outliers[k].sum()),
+                "tilt_deg": float(degrees[k]),
+                "nearer": nearer[k],
+                "distance_mm": float(np.linalg.norm(fit.state.translations_mm[k])),
+                "quad_mm": quads[k].tolist(),
+            }
         else:
             entry |= {"reason": reasons[index].reason, "text": reasons[index].text}
         entries.append(entry)
@@ -123,97 +161,205 @@ def _bow(fit: BoardFit) -> JsonObject | None:
         return None
     sigma = np.sqrt(np.diag(shared_covariance(fit.solution)))
     at = [fit.solution.names.index(name) for name in WARP]
-    return {"x": float(fit.state.warp_mm[0]), "y": float(fit.state.warp_mm[1]), "sigma": [float(sigma[i]) for i in at]}
+    return {
+        "x": float(fit.state.warp_mm[0]),
+        "y": float(fit.state.warp_mm[1]),
+        "sigma": [float(sigma[i]) for i in at],
+    }
 
 
-def _warnings(fit: BoardFit, cv: CrossValidation, drift: FocalDrift, expected: Array, covered: float,
-              tilts_deg: Array, correlation: float) -> Iterator[Warning]:
+def _warnings(
+    fit: BoardFit,
+    cv: CrossValidation,
+    drift: FocalDrift,
+    expected: Array,
+    covered: float,
+    tilts_deg: Array,
+    correlation: float,
+) -> Iterator[Warning]:
     """Yield what the lens should be doubted for, each with its remedy.
 
     expected: over the image, px; covered: share of the image's cells that have corners.
     """
     if drift.significant:
-        yield Warning("focal-length-changed", say(
-            "warning.focal-length-changed", "The focal length changes by {pct} % from the first to the second half of "
-            "the views. Zoom or focus moved in between.",
-            pct=format_with_sigma(100 * drift.change, 100 * drift.sigma)), say(
-            "warning.focal-length-changed.fix", "Lock zoom and focus, switch autofocus off, and take all images "
-                                                "again."))
+        yield Warning(
+            "focal-length-changed",
+            say(
+                "warning.focal-length-changed",
+                "The focal length changes by {pct} % from the first to the second half of "
+                "the views. Zoom or focus moved in between.",
+                pct=format_with_sigma(100 * drift.change, 100 * drift.sigma),
+            ),
+            say(
+                "warning.focal-length-changed.fix",
+                "Lock zoom and focus, switch autofocus off, and take all images again.",
+            ),
+        )
     yield from _spread_warnings(fit, cv, expected, covered, tilts_deg)
     yield from _model_warnings(fit, cv, correlation)
     for out in fit.left_out:
-        yield Warning("view-left-out", out.text, say(
-            "warning.view-left-out.fix", "Check that the image is sharp and that the whole board was detected "
-                                         "correctly."), out.name, out.index)
+        yield Warning(
+            "view-left-out",
+            out.text,
+            say(
+                "warning.view-left-out.fix",
+                "Check that the image is sharp and that the whole board was detected correctly.",
+            ),
+            out.name,
+            out.index,
+        )
     outliers = int(fit.outliers.sum())
     if outliers:
         corners = int(fit.observations.present.sum()) + outliers
-        yield Warning("stray-corners", say(
-            "warning.stray-corners", "{n} of {all} corners are too far from their predicted position and were "
-            "excluded.", n=outliers, all=corners), say(
-            "warning.stray-corners.fix", "A few are normal, caused by blur, glare or a finger."))
+        yield Warning(
+            "stray-corners",
+            say(
+                "warning.stray-corners",
+                "{n} of {all} corners are too far from their predicted position and were excluded.",
+                n=outliers,
+                all=corners,
+            ),
+            say(
+                "warning.stray-corners.fix", "A few are normal, caused by blur, glare or a finger."
+            ),
+        )
 
 
-def _spread_warnings(fit: BoardFit, cv: CrossValidation, expected: Array, covered: float,
-                     tilts_deg: Array) -> Iterator[Warning]:
+def _spread_warnings(
+    fit: BoardFit, cv: CrossValidation, expected: Array, covered: float, tilts_deg: Array
+) -> Iterator[Warning]:
     steep, median_px = tilts_deg >= STEEP_DEG, float(np.nanmedian(expected))
     if float(np.mean(steep)) < MIN_STEEP_SHARE:
-        yield Warning("badly-spread-views", say(
-            "warning.too-few-tilted", "Only {n} of {all} views are tilted by {deg:.0f}° or more. Focal length and "
-            "distance cannot be separated well.", n=int(np.sum(steep)), all=len(tilts_deg), deg=STEEP_DEG), say(
-            "warning.too-few-tilted.fix", "Add views with the board tilted about 35° to each of the four sides."))
+        yield Warning(
+            "badly-spread-views",
+            say(
+                "warning.too-few-tilted",
+                "Only {n} of {all} views are tilted by {deg:.0f}° or more. Focal length and "
+                "distance cannot be separated well.",
+                n=int(np.sum(steep)),
+                all=len(tilts_deg),
+                deg=STEEP_DEG,
+            ),
+            say(
+                "warning.too-few-tilted.fix",
+                "Add views with the board tilted about 35° to each of the four sides.",
+            ),
+        )
     elif median_px > MAX_EXPECTED_SIGMAS * fit.sigma_px:
-        yield Warning("badly-spread-views", say(
-            "warning.lens-uncertain", "The lens is uncertain by {px} px across the image, {times:.0f} times the corner "
-            "noise.", px=format_number(median_px), times=median_px / max(fit.sigma_px, 1e-9)), say(
-            "warning.lens-uncertain.fix", "Add views. The report names the view that helps most."))
+        yield Warning(
+            "badly-spread-views",
+            say(
+                "warning.lens-uncertain",
+                "The lens is uncertain by {px} px across the image, {times:.0f} times the corner "
+                "noise.",
+                px=format_number(median_px),
+                times=median_px / max(fit.sigma_px, 1e-9),
+            ),
+            say(
+                "warning.lens-uncertain.fix",
+                "Add views. The report names the view that helps most.",
+            ),
+        )
     if covered < MIN_COVERED_SHARE:
-        yield Warning("picture-not-covered", say(
-            "warning.picture-not-covered", "The corners cover {share:.0f}% of the image. Elsewhere the lens is "
-            "extrapolated.", share=100 * covered), say(
-            "warning.picture-not-covered.fix", "Add views near the edges and corners of the image."))
+        yield Warning(
+            "picture-not-covered",
+            say(
+                "warning.picture-not-covered",
+                "The corners cover {share:.0f}% of the image. Elsewhere the lens is extrapolated.",
+                share=100 * covered,
+            ),
+            say(
+                "warning.picture-not-covered.fix",
+                "Add views near the edges and corners of the image.",
+            ),
+        )
     if cv.halves_ratio > MAX_HALVES_SIGMAS:
-        yield Warning("halves-disagree", say(
-            "warning.halves-disagree", "The lenses from each half of the views differ by {px} px, {times:.0f} times "
-            "the corner noise. The true error is larger than the residual.", px=format_number(2 * cv.halves_px),
-            times=2 * cv.halves_ratio), say(
-            "warning.halves-disagree.fix", "Add tilted views all over the image. Lock focus and zoom, and keep the "
-                                           "board flat."))
-    if "centre_x" in fit.lens.sigma and max(fit.lens.sigma["centre_x"], fit.lens.sigma["centre_y"]) \
-            > MAX_CENTRE_SIGMA_SHARE * fit.lens.image_size.width:
-        yield Warning("centre-unknown", say(
-            "warning.centre-unknown", "The views do not determine the principal point well."), say(
-            "warning.centre-unknown.fix", "Tilt the board more, or fix the principal point at the image centre "
-                                          "(centre: false)."))
+        yield Warning(
+            "halves-disagree",
+            say(
+                "warning.halves-disagree",
+                "The lenses from each half of the views differ by {px} px, {times:.0f} times "
+                "the corner noise. The true error is larger than the residual.",
+                px=format_number(2 * cv.halves_px),
+                times=2 * cv.halves_ratio,
+            ),
+            say(
+                "warning.halves-disagree.fix",
+                "Add tilted views all over the image. Lock focus and zoom, and keep the "
+                "board flat.",
+            ),
+        )
+    if (
+        "centre_x" in fit.lens.sigma
+        and max(fit.lens.sigma["centre_x"], fit.lens.sigma["centre_y"])
+        > MAX_CENTRE_SIGMA_SHARE * fit.lens.image_size.width
+    ):
+        yield Warning(
+            "centre-unknown",
+            say("warning.centre-unknown", "The views do not determine the principal point well."),
+            say(
+                "warning.centre-unknown.fix",
+                "Tilt the board more, or fix the principal point at the image centre "
+                "(centre: false).",
+            ),
+        )
 
 
 def _model_warnings(fit: BoardFit, cv: CrossValidation, correlation: float) -> Iterator[Warning]:
     has_shape = correlation > MAX_CORRELATION and fit.sigma_px > MIN_CORRELATED_SIGMA_PX
     if has_shape or cv.held_out_ratio > MAX_HELD_OUT_RATIO:
         other = "fisheye" if fit.lens.model != "fisheye" else "brown-conrady"
-        yield Warning("wrong-model", say(
-            "warning.wrong-model", "The residuals are not random (correlation of neighbouring corners "
-            "{correlation:.2f}; cross-validated error {times:.1f} times the residual). These terms cannot describe "
-            "this lens.", correlation=correlation, times=cv.held_out_ratio), say(
-            "warning.wrong-model.fix", "Try more terms, or the model {model}.", model=other))
+        yield Warning(
+            "wrong-model",
+            say(
+                "warning.wrong-model",
+                "The residuals are not random (correlation of neighbouring corners "
+                "{correlation:.2f}; cross-validated error {times:.1f} times the residual). These terms cannot describe "
+                "this lens.",
+                correlation=correlation,
+                times=cv.held_out_ratio,
+            ),
+            say("warning.wrong-model.fix", "Try more terms, or the model {model}.", model=other),
+        )
     if fit.sigma_px > MAX_NOISE_PX:
-        yield Warning("noisy-corners", say(
-            "warning.noisy-corners", "The corners are {px} px from their predicted position. In sharp images this is "
-            "0.1 to 0.3 px.", px=format_number(fit.sigma_px)), say(
-            "warning.noisy-corners.fix", "Hold the board still and in focus. Check its columns, rows and square size."))
+        yield Warning(
+            "noisy-corners",
+            say(
+                "warning.noisy-corners",
+                "The corners are {px} px from their predicted position. In sharp images this is "
+                "0.1 to 0.3 px.",
+                px=format_number(fit.sigma_px),
+            ),
+            say(
+                "warning.noisy-corners.fix",
+                "Hold the board still and in focus. Check its columns, rows and square size.",
+            ),
+        )
     for name in fit.terms:
         value, sigma = fit.lens.values[name], fit.lens.sigma.get(name, 0.0)
         if abs(value) < MIN_TERM_SIGMAS * sigma:
-            yield Warning("term-not-supported", say(
-                "warning.term-not-supported", "{term} = {value} is not significantly different from zero.", term=name,
-                value=format_with_sigma(value, sigma)), say(
-                "warning.term-not-supported.fix", 'Exclude this term, or choose terms "auto".'), name)
+            yield Warning(
+                "term-not-supported",
+                say(
+                    "warning.term-not-supported",
+                    "{term} = {value} is not significantly different from zero.",
+                    term=name,
+                    value=format_with_sigma(value, sigma),
+                ),
+                say("warning.term-not-supported.fix", 'Exclude this term, or choose terms "auto".'),
+                name,
+            )
     bow = float(np.abs(fit.state.warp_mm).max())
     if bow > MAX_BOW * fit.observations.half_diagonal_mm:
-        yield Warning("board-bowed", say(
-            "warning.board-bowed", "The board appears to be bowed by {mm:.1f} mm.", mm=bow), say(
-            "warning.board-bowed.fix", "Mount the board on a rigid plate. If it is flat, the lens model is wrong and "
-                                       "the bow compensates for it."))
+        yield Warning(
+            "board-bowed",
+            say("warning.board-bowed", "The board appears to be bowed by {mm:.1f} mm.", mm=bow),
+            say(
+                "warning.board-bowed.fix",
+                "Mount the board on a rigid plate. If it is flat, the lens model is wrong and "
+                "the bow compensates for it.",
+            ),
+        )
 
 
 def _verdict(report: JsonObject) -> JsonObject:
@@ -226,7 +372,20 @@ def _verdict(report: JsonObject) -> JsonObject:
     if serious:
         text = next(w["text"] for w in report["warnings"] if w["reason"] == serious[0])
         return stated({"level": "poor", "sentence": text})
-    level = "fair" if "picture-not-covered" in reasons or not error <= MAX_GOOD_SIGMAS * sigma else "good"
-    return stated({"level": level, "sentence": say(
-        "board.uncertainty", "Lens model uncertainty: about {px} px across the image (corner detection: {corner_px} "
-        "px).", px=format_number(error), corner_px=format_number(sigma))})
+    level = (
+        "fair"
+        if "picture-not-covered" in reasons or not error <= MAX_GOOD_SIGMAS * sigma
+        else "good"
+    )
+    return stated(
+        {
+            "level": level,
+            "sentence": say(
+                "board.uncertainty",
+                "Lens model uncertainty: about {px} px across the image (corner detection: {corner_px} "
+                "px).",
+                px=format_number(error),
+                corner_px=format_number(sigma),
+            ),
+        }
+    )

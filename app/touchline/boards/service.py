@@ -35,8 +35,14 @@ class CaptureSession:
     captured: quads of the views that were taken before. automatic, take: as the viewer last asked.
     """
 
-    def __init__(self, services: Services, camera: LiveCamera, board: Board, captured: Sequence[Any],
-                 automatic: bool) -> None:
+    def __init__(
+        self,
+        services: Services,
+        camera: LiveCamera,
+        board: Board,
+        captured: Sequence[Any],
+        automatic: bool,
+    ) -> None:
         self.automatic, self.take = automatic, False
         self._services, self._camera, self._board = services, camera, board
         self._captured_before = captured
@@ -47,30 +53,51 @@ class CaptureSession:
         loop, seq = asyncio.get_running_loop(), 0
 
         async def detect(_left_s: float) -> JsonObject:
-            return (await self._camera.request("board", REQUEST_S, board=self._board.to_json(), after=seq))[0]
+            return (
+                await self._camera.request(
+                    "board", REQUEST_S, board=self._board.to_json(), after=seq
+                )
+            )[0]
 
         while True:
             start_s = loop.time()
             found = await when_awake(self._camera, detect)
             seq = found["seq"]
             yield await self._result(found, start_s)
-            await asyncio.sleep(max(MIN_INTERVAL_S - (loop.time() - start_s), IDLE_SHARE * found["took_s"], 0.01))
+            await asyncio.sleep(
+                max(MIN_INTERVAL_S - (loop.time() - start_s), IDLE_SHARE * found["took_s"], 0.01)
+            )
 
     async def _result(self, found: JsonObject, now_s: float) -> JsonObject:
         capture = self._capture_at(ImageSize(found["width"], found["height"]))
         state = capture.update(found["quad"], now_s)
         snapshot = None
-        if found["quad"] is not None and (self.take or (self.automatic and state["still"] and state["new"])):
+        if found["quad"] is not None and (
+            self.take or (self.automatic and state["still"] and state["new"])
+        ):
             if capture.is_full:
-                raise BadInput(say("board.too-many-views", "{most} views are the maximum for one lens.",
-                                   most=MAX_VIEWS), say("board.fit-these", "Fit the lens to these views."),
-                               reason="too-many-views")
+                raise BadInput(
+                    say(
+                        "board.too-many-views",
+                        "{most} views are the maximum for one lens.",
+                        most=MAX_VIEWS,
+                    ),
+                    say("board.fit-these", "Fit the lens to these views."),
+                    reason="too-many-views",
+                )
             snapshot = await self._save_snapshot()
             capture.add_view(found["quad"])
         self.take = False
-        return stated({**{name: found[name] for name in SHOWN}, **state, "automatic": self.automatic,
-                       "count": len(capture.poses), **capture.coverage.to_json(),
-                       "taken": None if snapshot is None else snapshot.to_json()})
+        return stated(
+            {
+                **{name: found[name] for name in SHOWN},
+                **state,
+                "automatic": self.automatic,
+                "count": len(capture.poses),
+                **capture.coverage.to_json(),
+                "taken": None if snapshot is None else snapshot.to_json(),
+            }
+        )
 
     def _capture_at(self, size: ImageSize) -> BoardCapture:
         """Return the views of images of that size; with another size another lens begins."""

@@ -20,7 +20,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from touchline.boards.problem import BlockLinearisation, BoardObservations, BoardParameters, BoardProblem, free_mask
+from touchline.boards.problem import (
+    BlockLinearisation,
+    BoardObservations,
+    BoardParameters,
+    BoardProblem,
+    free_mask,
+)
 from touchline.core.geometry import Array, ImageSize, Mask, homogeneous
 from touchline.fitting.ray_camera.fit import lens_fitter
 from touchline.models.lenses import Lens
@@ -40,39 +46,69 @@ FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING = 1e-4, 1e-12, 1e10
 MIN_GAIN = 1e-7  # of a step: a share of one residual's worth
 
 
-def start_states(model: type[RayCamera], observations: BoardObservations, image_size: ImageSize,
-                 distorts: bool) -> list[BoardParameters]:
+def start_states(
+    model: type[RayCamera], observations: BoardObservations, image_size: ImageSize, distorts: bool
+) -> list[BoardParameters]:
     """Return the best of Zhang's lens and of the scan, each with all poses. distorts: whether the lens may."""
     lens, centre, width = model.LENS, np.array(image_size.centre), image_size.width
-    few = observations.only(np.unique(np.linspace(0, len(observations.pixels) - 1, SCAN_VIEWS).astype(int)))
-    distortions = ([lens_fitter(model).start_terms(k1) for k1 in SCAN_BEND] if distorts else
-                   [np.zeros(len(lens.TERMS))])
+    few = observations.only(
+        np.unique(np.linspace(0, len(observations.pixels) - 1, SCAN_VIEWS).astype(int))
+    )
+    distortions = (
+        [lens_fitter(model).start_terms(k1) for k1 in SCAN_BEND]
+        if distorts
+        else [np.zeros(len(lens.TERMS))]
+    )
     candidates = list(product(SCAN_FOCAL * width, distortions))
     focal, aspect = zhang_intrinsics(homographies(observations), image_size)
-    if MIN_FOCAL_SHARE * width < focal < MAX_FOCAL_SHARE * width and MIN_ASPECT <= aspect <= MAX_ASPECT:
+    if (
+        MIN_FOCAL_SHARE * width < focal < MAX_FOCAL_SHARE * width
+        and MIN_ASPECT <= aspect <= MAX_ASPECT
+    ):
         candidates += [(focal, terms) for terms in distortions]
-    distances = [_median_distance(state_with_poses(lens, terms, f, 1.0, centre, few), few) for f, terms in candidates]
-    return [state_with_poses(lens, terms, f, 1.0, centre, observations)
-            for f, terms in (candidates[i] for i in np.argsort(distances)[:MAX_STARTS])]
+    distances = [
+        _median_distance(state_with_poses(lens, terms, f, 1.0, centre, few), few)
+        for f, terms in candidates
+    ]
+    return [
+        state_with_poses(lens, terms, f, 1.0, centre, observations)
+        for f, terms in (candidates[i] for i in np.argsort(distances)[:MAX_STARTS])
+    ]
 
 
 def _median_distance(state: BoardParameters, observations: BoardObservations) -> float:
     """Return the median distance of corners from their projections, px; what a lens cannot project counts as far."""
     with np.errstate(all="ignore"):
-        distances = np.linalg.norm(state.project(observations) - observations.pixels, axis=-1)[observations.present]
+        distances = np.linalg.norm(state.project(observations) - observations.pixels, axis=-1)[
+            observations.present
+        ]
     return float(np.median(np.where(np.isfinite(distances), distances, LOST_CORNER_PX)))
 
 
-def state_with_poses(lens: type[Lens], terms: Array, focal_px: float, aspect: float, centre_px: Array,
-                     observations: BoardObservations) -> BoardParameters:
+def state_with_poses(
+    lens: type[Lens],
+    terms: Array,
+    focal_px: float,
+    aspect: float,
+    centre_px: Array,
+    observations: BoardObservations,
+) -> BoardParameters:
     """Return the state of a roughly known lens, with every pose straight from its rays."""
     with np.errstate(all="ignore"):
         plane = (observations.pixels - centre_px) / (focal_px * np.array([1.0, aspect]))
         rays = lens.undistort(terms, plane)
         rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
     rotations, translations = poses_from_rays(rays, observations)
-    return BoardParameters(lens, float(np.log(focal_px)), aspect, np.array(centre_px, float), np.array(terms, float),
-                           np.zeros(2), rotations, translations)
+    return BoardParameters(
+        lens,
+        float(np.log(focal_px)),
+        aspect,
+        np.array(centre_px, float),
+        np.array(terms, float),
+        np.zeros(2),
+        rotations,
+        translations,
+    )
 
 
 def homographies(observations: BoardObservations) -> Array:
@@ -119,7 +155,9 @@ def poses_from_rays(rays: Array, observations: BoardObservations) -> tuple[Array
     length = np.sqrt(np.linalg.norm(m[:, :, 0], axis=1) * np.linalg.norm(m[:, :, 1], axis=1))
     m = m / np.maximum(length, 1e-300)[:, None, None]
     points = homogeneous(flat) @ m.transpose(0, 2, 1)
-    ahead = np.sum(np.where(observations.present, np.sum(points * np.nan_to_num(rays), -1), 0), axis=1)
+    ahead = np.sum(
+        np.where(observations.present, np.sum(points * np.nan_to_num(rays), -1), 0), axis=1
+    )
     m = m * np.where(ahead < 0, -1.0, 1.0)[:, None, None]
     columns = np.stack([m[:, :, 0], m[:, :, 1], np.cross(m[:, :, 0], m[:, :, 1])], axis=-1)
     finite = np.isfinite(columns).all(axis=(1, 2), keepdims=True)  # numpy's SVD would not end
@@ -148,11 +186,15 @@ def _null_vectors(rays: Array, places: Array, present: Mask) -> Array:
     """
     p = homogeneous(places) * present[..., None]
     # [r]×ᵀ[r]× = |r|² I - r rᵀ
-    cross_squared = np.sum(rays**2, -1)[..., None, None] * np.eye(3) - rays[..., :, None] * rays[..., None, :]
+    cross_squared = (
+        np.sum(rays**2, -1)[..., None, None] * np.eye(3) - rays[..., :, None] * rays[..., None, :]
+    )
     outer = p[..., :, None] * p[..., None, :]
     v = len(places)
     # Σ over the corners: all views in one product, then its axes in the order of the Kronecker product.
-    normal = (cross_squared.reshape(v, -1, 9).transpose(0, 2, 1) @ outer.reshape(v, -1, 9)).reshape(v, 3, 3, 3, 3)
+    normal = (cross_squared.reshape(v, -1, 9).transpose(0, 2, 1) @ outer.reshape(v, -1, 9)).reshape(
+        v, 3, 3, 3, 3
+    )
     normal = normal.transpose(0, 1, 3, 2, 4).reshape(v, 9, 9)
     _, vectors = np.linalg.eigh(normal)
     return vectors[:, :, 0].reshape(v, 3, 3)
@@ -172,7 +214,10 @@ class BoardMinimum:
     def reduced(self) -> Array:
         """Return derivatives by the shared parameters (v, 2 m, n), each view's pose eliminated."""
         v = len(self.residuals)
-        by_shared, by_pose = self.by_shared.reshape(v, -1, self.by_shared.shape[-1]), self.by_pose.reshape(v, -1, 6)
+        by_shared, by_pose = (
+            self.by_shared.reshape(v, -1, self.by_shared.shape[-1]),
+            self.by_pose.reshape(v, -1, 6),
+        )
         by_pose_t = by_pose.transpose(0, 2, 1)
         blocks = by_pose_t @ by_pose
         # a little more on the diagonals, so that a view with too few corners does not make the system singular
@@ -204,7 +249,9 @@ class BoardSolution:
     def freedom(self) -> int:
         """Return the degrees of freedom: coordinates less estimated parameters."""
         poses = 6 * len(self.problem.observations.pixels)
-        return 2 * int(self.problem.observations.present.sum()) - int(self.problem.free.sum()) - poses
+        return (
+            2 * int(self.problem.observations.present.sum()) - int(self.problem.free.sum()) - poses
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -224,23 +271,40 @@ class BoardSolver:
     image_size: ImageSize
     settings: Mapping[str, Any]
 
-    def solve(self, observations: BoardObservations, start: BoardParameters, terms: tuple[str, ...], sigma_px: float, *,
-              robust: bool = False, max_steps: int = 50) -> BoardSolution:
+    def solve(
+        self,
+        observations: BoardObservations,
+        start: BoardParameters,
+        terms: tuple[str, ...],
+        sigma_px: float,
+        *,
+        robust: bool = False,
+        max_steps: int = 50,
+    ) -> BoardSolution:
         """Find the minimum nearest to start, with these terms free and the others 0."""
         keep = np.array([name in terms for name in start.lens.TERMS], bool)
         start = replace(start, terms=np.where(keep, start.terms, 0.0))
-        free = free_mask(start, terms, **{name: self.settings[name] for name in ("aspect", "centre", "warp")})
+        free = free_mask(
+            start, terms, **{name: self.settings[name] for name in ("aspect", "centre", "warp")}
+        )
         problem = BoardProblem(observations, free, self.image_size, max(sigma_px, MIN_SIGMA_PX))
-        return BoardSolution(problem, minimise(problem, start, robust=robust, max_steps=max_steps), terms)
+        return BoardSolution(
+            problem, minimise(problem, start, robust=robust, max_steps=max_steps), terms
+        )
 
-    def fit_poses(self, observations: BoardObservations, start: BoardParameters, sigma_px: float) -> BoardMinimum:
+    def fit_poses(
+        self, observations: BoardObservations, start: BoardParameters, sigma_px: float
+    ) -> BoardMinimum:
         """Fit the poses alone; the lens and the bow are fixed."""
         nothing = np.zeros(len(start.names), bool)
-        return minimise(BoardProblem(observations, nothing, self.image_size, max(sigma_px, MIN_SIGMA_PX)), start)
+        return minimise(
+            BoardProblem(observations, nothing, self.image_size, max(sigma_px, MIN_SIGMA_PX)), start
+        )
 
 
-def minimise(problem: BoardProblem, start: BoardParameters, *, robust: bool = False,
-             max_steps: int = 50) -> BoardMinimum:
+def minimise(
+    problem: BoardProblem, start: BoardParameters, *, robust: bool = False, max_steps: int = 50
+) -> BoardMinimum:
     """Find the state of least cost near start by Levenberg–Marquardt, poses eliminated.
 
     robust: soft L1 on the length of each corner's residual. Converged when no step would lower the cost by more than
@@ -266,7 +330,9 @@ def minimise(problem: BoardProblem, start: BoardParameters, *, robust: bool = Fa
                     return BoardMinimum(state, cost, *linear)
                 candidate = state.retract(shared_step, problem.free, pose_steps)
                 candidate_linear = problem.linearise(candidate)
-                candidate_cost = _cost(candidate_linear.residuals, prior_residual(candidate), robust)
+                candidate_cost = _cost(
+                    candidate_linear.residuals, prior_residual(candidate), robust
+                )
                 if np.isfinite(candidate_cost) and candidate_cost < cost:
                     break
             damping, growth = damping * growth, growth * 2
@@ -299,12 +365,22 @@ def _normal_equations(linear: BlockLinearisation, weight: Array | None) -> Norma
         row_weight = np.repeat(weight, 2, axis=1)[..., None]
         weighted_shared = (by_shared * row_weight).transpose(0, 2, 1)
         weighted_pose = (by_pose * row_weight).transpose(0, 2, 1)
-    a, b = (weighted_shared @ residuals[..., None])[..., 0], (weighted_pose @ residuals[..., None])[..., 0]
-    return NormalEquations(np.sum(weighted_shared @ by_shared, axis=0), weighted_pose @ by_shared,
-                           weighted_pose @ by_pose, np.sum(a, axis=0), b)
+    a, b = (
+        (weighted_shared @ residuals[..., None])[..., 0],
+        (weighted_pose @ residuals[..., None])[..., 0],
+    )
+    return NormalEquations(
+        np.sum(weighted_shared @ by_shared, axis=0),
+        weighted_pose @ by_shared,
+        weighted_pose @ by_pose,
+        np.sum(a, axis=0),
+        b,
+    )
 
 
-def _step(normal: NormalEquations, prior: Array, prior_residual: Array, damping: float) -> tuple[Array, Array, float]:
+def _step(
+    normal: NormalEquations, prior: Array, prior_residual: Array, damping: float
+) -> tuple[Array, Array, float]:
     """Return the shared step, the poses' steps, and how much the linear model predicts them to lower the cost.
 
     NaN where the damped equations are singular.
@@ -319,7 +395,9 @@ def _step(normal: NormalEquations, prior: Array, prior_residual: Array, damping:
         damped_v = v + damping * np.einsum("vi,ij->vij", diag_v, np.eye(v.shape[-1]))
         solved = np.linalg.solve(damped_v, np.concatenate([w, b[..., None]], axis=-1))
         v_inverse_w, v_inverse_b = solved[..., :-1], solved[..., -1]
-        schur = u + damping * np.diag(diag_u) - np.einsum("vkn,vkm->nm", w, v_inverse_w, optimize=True)
+        schur = (
+            u + damping * np.diag(diag_u) - np.einsum("vkn,vkm->nm", w, v_inverse_w, optimize=True)
+        )
         right = a - np.einsum("vkn,vk->n", w, v_inverse_b)
         # unknowns of one size: the focal length in px and k3 are far apart
         scale = 1 / np.sqrt(diag_u)
@@ -328,8 +406,9 @@ def _step(normal: NormalEquations, prior: Array, prior_residual: Array, damping:
         return np.full(len(a), np.nan), np.full_like(b, np.nan), np.nan
     pose_steps = -(v_inverse_b + v_inverse_w @ shared_step)
     # (H + D) step = -gradient, so the linear model's gain -2 gradientᵀ step - stepᵀ H step is
-    gain = (-(a @ shared_step + np.sum(b * pose_steps))
-            + damping * (diag_u @ shared_step**2 + np.sum(diag_v * pose_steps**2)))
+    gain = -(a @ shared_step + np.sum(b * pose_steps)) + damping * (
+        diag_u @ shared_step**2 + np.sum(diag_v * pose_steps**2)
+    )
     return shared_step, pose_steps, float(gain)
 
 

@@ -82,8 +82,11 @@ def lens_sensitivity(lens: Intrinsics, names: tuple[str, ...], pixels: Points) -
     by_rotation = np.cross(rays[:, None, :], by_ray * focal[:, None])
     finite = np.isfinite(by_parameter).all(axis=(1, 2)) & np.isfinite(by_rotation).all(axis=(1, 2))
     if finite.sum() >= 3:
-        undo = np.linalg.lstsq(by_rotation[finite].reshape(-1, 3), by_parameter[finite].reshape(-1, len(names)),
-                               rcond=None)[0]
+        undo = np.linalg.lstsq(
+            by_rotation[finite].reshape(-1, 3),
+            by_parameter[finite].reshape(-1, len(names)),
+            rcond=None,
+        )[0]
         by_parameter = by_parameter - by_rotation @ undo
     by_parameter[~finite] = np.nan
     return by_parameter
@@ -92,7 +95,9 @@ def lens_sensitivity(lens: Intrinsics, names: tuple[str, ...], pixels: Points) -
 def expected_px(sensitivity: Array, covariance: Array) -> Array:
     """Return the root of the expected squared error (n,) px, by lens_sensitivity and the covariance of its names."""
     with np.errstate(invalid="ignore"):
-        return np.sqrt(np.maximum(np.einsum("nij,jk,nik->n", sensitivity, covariance, sensitivity), 0))
+        return np.sqrt(
+            np.maximum(np.einsum("nij,jk,nik->n", sensitivity, covariance, sensitivity), 0)
+        )
 
 
 @dataclass(frozen=True)
@@ -119,10 +124,14 @@ def cross_validate(fit: BoardFit) -> CrossValidation:
     if count < MIN_VIEWS:
         return CrossValidation(*[float("nan")] * 4)
     order = np.arange(count)
-    squares, freedom = np.sum([_held_out_squares(fit, order % FOLDS == fold) for fold in range(FOLDS)], axis=0)
+    squares, freedom = np.sum(
+        [_held_out_squares(fit, order % FOLDS == fold) for fold in range(FOLDS)], axis=0
+    )
     held_out_px = float(np.sqrt(squares / max(freedom, 1)))
-    first, second = (fit.refit(order % 2 == half).minimum.state.lens_of(fit.lens.model, fit.lens.image_size)
-                     for half in (0, 1))
+    first, second = (
+        fit.refit(order % 2 == half).minimum.state.lens_of(fit.lens.model, fit.lens.image_size)
+        for half in (0, 1)
+    )
     halves_px = float(np.nanmedian(np.linalg.norm(lens_difference(first, second), axis=-1))) / 2
     sigma = max(fit.sigma_px, 1e-9)
     return CrossValidation(held_out_px, held_out_px / sigma, halves_px, halves_px / sigma)
@@ -179,7 +188,7 @@ def _focal_change(fit: BoardFit, shape: Array) -> tuple[float, float]:
     known /= np.linalg.norm(known, axis=0)
     padded = np.append(by_change.ravel(), np.zeros(known.shape[1]))
     explained = known @ np.linalg.lstsq(known, padded, rcond=None)[0]
-    own = by_change - explained[:by_change.size].reshape(by_change.shape)
+    own = by_change - explained[: by_change.size].reshape(by_change.shape)
     power = max(float(np.sum(own**2)), 1e-300)
     residuals = minimum.residuals.reshape(own.shape)
     change = -float(np.sum(own * residuals)) / power
@@ -203,8 +212,10 @@ def tilts(fit: BoardFit) -> tuple[Array, tuple[str, ...]]:
     degrees = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
     across = normal - cosine[:, None] * sight
     # Where the normal of the far side points right, the right edge is nearer.
-    nearer = tuple(edge_towards(x, y) if tilt > MIN_TILT_DEG else ""
-                   for tilt, (x, y, _) in zip(degrees, across, strict=True))
+    nearer = tuple(
+        edge_towards(x, y) if tilt > MIN_TILT_DEG else ""
+        for tilt, (x, y, _) in zip(degrees, across, strict=True)
+    )
     return degrees, nearer
 
 
@@ -246,11 +257,19 @@ def next_view(fit: BoardFit) -> NextView | None:
     information = np.linalg.pinv(covariance, rcond=1e-15, hermitian=True)
     best = None
     for candidate, gain in zip(*_information_of(fit, _candidates(fit)), strict=True):
-        after = _worst_px(sensitivity, np.linalg.pinv(information + gain, rcond=1e-15, hermitian=True))
+        after = _worst_px(
+            sensitivity, np.linalg.pinv(information + gain, rcond=1e-15, hermitian=True)
+        )
         if np.isfinite(after) and (best is None or after < best.worst_after_px):
             x, y = candidate.pixel
-            best = NextView(view_instruction(candidate.place, candidate.nearer), (float(x), float(y)),
-                            NEXT_TILT_DEG if candidate.nearer else 0.0, candidate.nearer, before, after)
+            best = NextView(
+                view_instruction(candidate.place, candidate.nearer),
+                (float(x), float(y)),
+                NEXT_TILT_DEG if candidate.nearer else 0.0,
+                candidate.nearer,
+                before,
+                after,
+            )
     return best
 
 
@@ -270,36 +289,61 @@ def _candidates(fit: BoardFit) -> list[Candidate]:
         ray = fit.lens.rays(pixel)
         if np.isfinite(ray).all():
             rotation = board_rotation(ray, nearer)
-            candidates.append(Candidate(ninth_name(column, row), pixel, nearer, rotation,
-                                        ray * distance - rotation @ middle))
+            candidates.append(
+                Candidate(
+                    ninth_name(column, row),
+                    pixel,
+                    nearer,
+                    rotation,
+                    ray * distance - rotation @ middle,
+                )
+            )
     return candidates
 
 
 def _information_of(fit: BoardFit, candidates: list[Candidate]) -> tuple[list[Candidate], Array]:
     """Return those that show enough corners, and what each would add to the information matrix: (k, n, n)."""
     size, k = np.array(tuple(fit.lens.image_size)), len(candidates)
-    state = replace(fit.state, rotations=np.array([one.rotation for one in candidates]),
-                    translations_mm=np.array([one.translation_mm for one in candidates]))
+    state = replace(
+        fit.state,
+        rotations=np.array([one.rotation for one in candidates]),
+        translations_mm=np.array([one.translation_mm for one in candidates]),
+    )
     observations = _fullest_view(fit, k)
     with np.errstate(all="ignore"):
         pixels = state.project(observations)
         inside = np.all((pixels > 0) & (pixels < size - 1), axis=-1)
     observations = replace(observations, pixels=np.nan_to_num(pixels), present=inside)
-    problem = BoardProblem(observations, fit.solution.problem.free, fit.lens.image_size, max(fit.sigma_px, 1e-6))
+    problem = BoardProblem(
+        observations, fit.solution.problem.free, fit.lens.image_size, max(fit.sigma_px, 1e-6)
+    )
     _, by_shared, by_pose = problem.linearise(state)
     enough = inside.sum(axis=1) >= MIN_NEXT_CORNERS
-    by_shared, by_pose = by_shared.reshape(k, -1, by_shared.shape[-1])[enough], by_pose.reshape(k, -1, 6)[enough]
+    by_shared, by_pose = (
+        by_shared.reshape(k, -1, by_shared.shape[-1])[enough],
+        by_pose.reshape(k, -1, 6)[enough],
+    )
     by_pose_t = by_pose.transpose(0, 2, 1)
     # Its own pose, which must be estimated from it as well, takes up a part of what it shows.
     reduced = by_shared - by_pose @ np.linalg.solve(by_pose_t @ by_pose, by_pose_t @ by_shared)
-    return [one for one, ok in zip(candidates, enough, strict=True) if ok], reduced.transpose(0, 2, 1) @ reduced
+    return [one for one, ok in zip(candidates, enough, strict=True) if ok], reduced.transpose(
+        0, 2, 1
+    ) @ reduced
 
 
 def _fullest_view(fit: BoardFit, times: int = 1) -> BoardObservations:
     """Return the corners of the view that has most, several times over; without pixels."""
     fullest = int(np.argmax(fit.observations.present.sum(axis=1)))
     present = fit.observations.present[fullest]
-    places, bow_shape = fit.observations.places[fullest][present], fit.observations.bow_shape[fullest][present]
-    return BoardObservations(np.zeros((times, len(places), 2)), np.tile(places, (times, 1, 1)),
-                             np.ones((times, len(places)), bool), np.tile(bow_shape, (times, 1, 1)),
-                             fit.observations.half_diagonal_mm, ("",) * times)
+    places, bow_shape = (
+        fit.observations.places[fullest][present],
+        fit.observations.bow_shape[fullest][present],
+    )
+    return BoardObservations(
+        np.zeros((times, len(places), 2)),
+        np.tile(places, (times, 1, 1)),
+        np.ones((times, len(places)), bool),
+        np.tile(bow_shape, (times, 1, 1)),
+        fit.observations.half_diagonal_mm,
+        ("",) * times,
+    )

@@ -51,11 +51,19 @@ class LazyGroup(TyperGroup):
         lines = {name: TyperCommand(name, help=line) for name, (_, line) in commands().items()}
         limit = formatter.width - 6 - max(map(len, lines))
         with formatter.section("Commands"):
-            formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in lines.items()])
+            formatter.write_dl(
+                [(name, command.get_short_help_str(limit)) for name, command in lines.items()]
+            )
 
 
-cli = typer.Typer(cls=LazyGroup, no_args_is_help=True, add_completion=False, rich_markup_mode=None,
-                  help="Calibrate the cameras above a robot-soccer field.", epilog=EXIT_CODES)
+cli = typer.Typer(
+    cls=LazyGroup,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Calibrate the cameras above a robot-soccer field.",
+    epilog=EXIT_CODES,
+)
 
 
 def _print_version(wanted: bool) -> None:
@@ -65,8 +73,14 @@ def _print_version(wanted: bool) -> None:
 
 
 @cli.callback()
-def _touchline(version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True,
-                                                     help="Print the version and exit.")] = False) -> None:
+def _touchline(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
     """Calibrate the cameras above a robot-soccer field."""
 
 

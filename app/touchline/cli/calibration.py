@@ -22,9 +22,24 @@ from touchline.workflows import calibration as workflow
 from touchline.workflows import interchange
 from touchline.workflows.calibration_request import with_new_id
 
-CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="A calibration from "
-                                               "calibrate, or exported as json.")]
-SHOWN = ("rms_px", "max_px", "rms_mm", "max_mm", "cv_rms_mm", "distortion_before_pct", "distortion_after_pct")
+CalibrationFile = Annotated[
+    Path,
+    typer.Option(
+        "--calibration",
+        "-c",
+        metavar="CAL.json",
+        help="A calibration from calibrate, or exported as json.",
+    ),
+]
+SHOWN = (
+    "rms_px",
+    "max_px",
+    "rms_mm",
+    "max_mm",
+    "cv_rms_mm",
+    "distortion_before_pct",
+    "distortion_after_pct",
+)
 
 
 class Coordinates(StrEnum):
@@ -36,15 +51,29 @@ class Coordinates(StrEnum):
 
 
 def calibrate(
-    image: requests.ImageFile, points: requests.PointsFile,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write.")],
-    field: requests.FieldName = None, region: requests.RegionName = None, rotate: requests.Rotate = None,
-    model: Annotated[str | None, typer.Option("--model", help="Camera model, or auto for the recommended model. By "
-                                              "default polynomial.")] = None,
-    option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
-    height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
+    image: requests.ImageFile,
+    points: requests.PointsFile,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write.")
+    ],
+    field: requests.FieldName = None,
+    region: requests.RegionName = None,
+    rotate: requests.Rotate = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            "--model",
+            help="Camera model, or auto for the recommended model. By default polynomial.",
+        ),
+    ] = None,
+    option: requests.Options = None,
+    lens: requests.LensFile = None,
+    lens_sigma: requests.LensSigma = None,
+    height_mm: requests.HeightMm = None,
+    height_sigma_mm: requests.HeightSigmaMm = None,
     note: Annotated[str, typer.Option("--note", help="Saved with the calibration.")] = "",
-    fields: requests.OwnFields = None, as_json: requests.ReportAsJson = False,
+    fields: requests.OwnFields = None,
+    as_json: requests.ReportAsJson = False,
 ) -> None:
     """Calibrate one image from points."""
     options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
@@ -57,18 +86,28 @@ def calibrate(
 
 
 def correct(
-    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="An image with the size of the calibration.")],
+    image: Annotated[
+        Path, typer.Argument(metavar="IMAGE", help="An image with the size of the calibration.")
+    ],
     calibration: CalibrationFile,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.png", help="The result, PNG or JPEG.")],
-    margin: Annotated[int, typer.Option("--margin", min=0, max=2000, help="Carpet shown around the region, px.")] = 0,
-    width: Annotated[int | None, typer.Option("--width", min=16, max=8192, help="Width of the result, px.")] = None,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="OUT.png", help="The result, PNG or JPEG.")
+    ],
+    margin: Annotated[
+        int, typer.Option("--margin", min=0, max=2000, help="Carpet shown around the region, px.")
+    ] = 0,
+    width: Annotated[
+        int | None, typer.Option("--width", min=16, max=8192, help="Width of the result, px.")
+    ] = None,
 ) -> None:
     """Correct one image."""
     known = files.read_calibration(calibration)
     with progress_bar("Correcting") as progress:
         frame = files.read_picture(image)
         progress(0.3, "Correcting")
-        corrected = workflow.correct(frame.pixels, model_of(known), known.image_size, CorrectedView(margin, width))
+        corrected = workflow.correct(
+            frame.pixels, model_of(known), known.image_size, CorrectedView(margin, width)
+        )
         progress(0.8, "Writing")
         files.write_picture(output, corrected)
 
@@ -77,15 +116,26 @@ def transform(
     calibration: CalibrationFile,
     source: Annotated[Coordinates, typer.Option("--from", help="Source frame of the points.")],
     target: Annotated[Coordinates, typer.Option("--to", help="Target frame of the points.")],
-    points: Annotated[list[str] | None, typer.Argument(metavar="[X,Y]...", help="Points. Without points, JSON or "
-                                                       "lines of x,y are read from standard input.")] = None,
+    points: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[X,Y]...",
+            help="Points. Without points, JSON or lines of x,y are read from standard input.",
+        ),
+    ] = None,
     z_mm: Annotated[float, typer.Option("--z", help="Height above the carpet, mm.")] = 0.0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with null for a point that cannot be "
-                                                         "converted.")] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Print JSON, with null for a point that cannot be converted."),
+    ] = False,
 ) -> None:
     """Convert pixels to field millimetres, or back."""
     known = files.read_calibration(calibration)
-    given = files.points_from_pairs(points) if points else files.points_from_text(sys.stdin.read(files.MAX_POINT_BYTES))
+    given = (
+        files.points_from_pairs(points)
+        if points
+        else files.points_from_text(sys.stdin.read(files.MAX_POINT_BYTES))
+    )
     found = workflow.transform(model_of(known), given, source.value, target.value, z_mm).tolist()
     reached = [point if math.isfinite(point[0]) else None for point in found]
     if as_json:
@@ -102,28 +152,53 @@ def _summary(report: FitReport, output: Path) -> str:
         return "unknown" if value is None else f"{value:{sign}.{it.digits}f} {it.unit}"
 
     kind = report["distortion"]["kind"]
-    lines = [report["verdict"]["sentence"],
-             f"Residuals {figure('rms_px')} rms, {figure('max_px')} at most; {figure('rms_mm')} rms, "
-             f"{figure('max_mm')} at most; cross-validated {figure('cv_rms_mm')}.",
-             f"Distortion {figure('distortion_before_pct', '+')} before, {figure('distortion_after_pct', '+')} after"
-             f"{'' if kind is None else f' ({kind})'}."]
+    lines = [
+        report["verdict"]["sentence"],
+        f"Residuals {figure('rms_px')} rms, {figure('max_px')} at most; {figure('rms_mm')} rms, "
+        f"{figure('max_mm')} at most; cross-validated {figure('cv_rms_mm')}.",
+        f"Distortion {figure('distortion_before_pct', '+')} before, {figure('distortion_after_pct', '+')} after"
+        f"{'' if kind is None else f' ({kind})'}.",
+    ]
     lines += what_is_missing(known, SHOWN)
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
     return "\n".join([*lines, f"Saved as {output}."])
 
 
-CameraId = Annotated[int | None, typer.Option("--camera-id", min=0, max=2**32 - 1, help="The camera's number in a "
-                                              "packet of the Small Size League.")]
+CameraId = Annotated[
+    int | None,
+    typer.Option(
+        "--camera-id",
+        min=0,
+        max=2**32 - 1,
+        help="The camera's number in a packet of the Small Size League.",
+    ),
+]
 
 
 def export(
-    calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="A calibration from calibrate.")],
-    format: Annotated[str | None, typer.Option("--format", "-f", help="opencv, ros, kalibr, mrcal, photonvision, "
-                                               "ssl-vision, npz, csv or json. Without a format, all formats are "
-                                               "listed with their errors.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="The file to write.")] = None,
-    approximate: Annotated[bool, typer.Option("--approximate", help="Write the best approximation in the format and "
-                                              "state its error in mm.")] = False,
+    calibration: Annotated[
+        Path, typer.Argument(metavar="CAL.json", help="A calibration from calibrate.")
+    ],
+    format: Annotated[
+        str | None,
+        typer.Option(
+            "--format",
+            "-f",
+            help="opencv, ros, kalibr, mrcal, photonvision, "
+            "ssl-vision, npz, csv or json. Without a format, all formats are "
+            "listed with their errors.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="The file to write.")
+    ] = None,
+    approximate: Annotated[
+        bool,
+        typer.Option(
+            "--approximate",
+            help="Write the best approximation in the format and state its error in mm.",
+        ),
+    ] = False,
     camera_id: CameraId = None,
 ) -> None:
     """Write a calibration in the format of another program."""
@@ -136,25 +211,49 @@ def export(
         raise typer.BadParameter("there is no file to write", param_hint="--output")
     exported = interchange.export(known, format, approximate, camera_id)
     files.write_bytes(output, exported.data)
-    print(f"Saved as {output}{'' if exported.loss is None else f', {_error(exported.loss.to_json())}'}.")
+    print(
+        f"Saved as {output}{'' if exported.loss is None else f', {_error(exported.loss.to_json())}'}."
+    )
 
 
 def import_file(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A file in any format of export except npz.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="CAL.json|LENS.json", help="The calibration to "
-                                         "write, or the lens if the file contains only a lens.")],
-    field: Annotated[str | None, typer.Option("--field", help="Field of the camera, if it is not in the file.")] = None,
-    region: RegionName = None, rotate: Rotate = None,
-    image_size: Annotated[str | None, typer.Option("--image-size", metavar="WxH", help="Image size, if it is not in "
-                                                   "the file. If it is, the calibration is scaled.")] = None,
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A file in any format of export except npz.")
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="CAL.json|LENS.json",
+            help="The calibration to write, or the lens if the file contains only a lens.",
+        ),
+    ],
+    field: Annotated[
+        str | None, typer.Option("--field", help="Field of the camera, if it is not in the file.")
+    ] = None,
+    region: RegionName = None,
+    rotate: Rotate = None,
+    image_size: Annotated[
+        str | None,
+        typer.Option(
+            "--image-size",
+            metavar="WxH",
+            help="Image size, if it is not in the file. If it is, the calibration is scaled.",
+        ),
+    ] = None,
     camera_id: CameraId = None,
-    model: Annotated[str | None, typer.Option("--model", help="Camera model for a table of points.")] = None,
+    model: Annotated[
+        str | None, typer.Option("--model", help="Camera model for a table of points.")
+    ] = None,
     fields: OwnFields = None,
 ) -> None:
     """Read a file of another program."""
     size = None if image_size is None else interchange.size_from_text(image_size)
     options = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model)
-    found = interchange.read_file(files.read_bytes(file, files.MAX_JSON_BYTES), file.name, camera_id)
+    found = interchange.read_file(
+        files.read_bytes(file, files.MAX_JSON_BYTES), file.name, camera_id
+    )
     if interchange.is_lens(found):
         files.write_lens(output, interchange.lens_record_from_file(found, options))
         print(f"Lens saved as {output}. Use it with calibrate --lens to fit the camera pose.")
@@ -162,8 +261,10 @@ def import_file(
     if not isinstance(found, Calibration):
         found = with_new_id(interchange.calibration_from_file(found, options, own_fields(fields)))
     files.write_calibration(output, found)
-    print(f"Calibration ({found.model_name}, {found.image_size}, {found.field['name']}, {area_name(found.region)}), "
-          f"saved as {output}.")
+    print(
+        f"Calibration ({found.model_name}, {found.image_size}, {found.field['name']}, {area_name(found.region)}), "
+        f"saved as {output}."
+    )
 
 
 def _cost(row: dict) -> str:

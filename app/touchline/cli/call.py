@@ -1,11 +1,11 @@
 """call: any call of the REST interface, as it is written in a shell, in this process or to a running server.
 
-    BODY    @FILE or -            the body, from a file or from standard input
-            {…} or […]            the body, as JSON; entries after it, or after a file, replace those of its object
-            NAME=VALUE            an entry of a JSON body, or of the query of GET and DELETE; VALUE is JSON, else a text
-            NAME=@FILE            a file that is uploaded; the other entries are then those of its form
+BODY    @FILE or -            the body, from a file or from standard input
+        {…} or […]            the body, as JSON; entries after it, or after a file, replace those of its object
+        NAME=VALUE            an entry of a JSON body, or of the query of GET and DELETE; VALUE is JSON, else a text
+        NAME=@FILE            a file that is uploaded; the other entries are then those of its form
 
-    In a file, a line:   [NAME =] METHOD PATH [BODY…] [> FILE]      ${NAME.entry.0} is what an earlier call answered
+In a file, a line:   [NAME =] METHOD PATH [BODY…] [> FILE]      ${NAME.entry.0} is what an earlier call answered
 """
 
 import json
@@ -66,7 +66,7 @@ def calls_of(text: str) -> list[Call]:
             continue
         named = NAMED.match(line.strip())
         try:
-            words, output = _words(line.strip()[named.end() if named else 0:])
+            words, output = _words(line.strip()[named.end() if named else 0 :])
             found.append(replace(call_of(words), name=named[1] if named else None, output=output))
         except (ValueError, BadInput) as error:
             raise BadInput(f"Line {number}: {error}".rstrip("."), FORM, reason="bad-call") from None
@@ -83,6 +83,7 @@ def _words(text: str) -> tuple[list[str], Path | None]:
 
 def filled(call: Call, answers: Mapping[str, Any]) -> Call:
     """Return a call with what earlier ones answered in its path and its body; BadInput where there is no such entry."""
+
     def value(found: re.Match[str]) -> str:
         name, entries = found[1], found[2].split(".")[1:]
         try:
@@ -90,10 +91,18 @@ def filled(call: Call, answers: Mapping[str, Any]) -> Call:
             for entry in entries:
                 answer = answer[int(entry) if isinstance(answer, list) else entry]
         except (KeyError, IndexError, ValueError, TypeError):
-            raise BadInput(f"No earlier call has answered {found[0]}.",
-                           f"Known are: {', '.join(answers) or 'none'}.", reason="bad-call") from None
+            raise BadInput(
+                f"No earlier call has answered {found[0]}.",
+                f"Known are: {', '.join(answers) or 'none'}.",
+                reason="bad-call",
+            ) from None
         return json.dumps(answer)[1:-1] if isinstance(answer, str) else json.dumps(answer)
-    return replace(call, path=USED.sub(value, call.path), body=tuple(USED.sub(value, word) for word in call.body))
+
+    return replace(
+        call,
+        path=USED.sub(value, call.path),
+        body=tuple(USED.sub(value, word) for word in call.body),
+    )
 
 
 def request_of(call: Call) -> tuple[str, dict[str, Any]]:
@@ -110,15 +119,23 @@ def request_of(call: Call) -> tuple[str, dict[str, Any]]:
         words = words[1:]
     entries = dict(_entry(word) for word in words)
     if len(entries) < len(words):
-        raise BadInput("An entry of the body is given twice.", "Give it once, or the body as JSON.", reason="bad-call")
+        raise BadInput(
+            "An entry of the body is given twice.",
+            "Give it once, or the body as JSON.",
+            reason="bad-call",
+        )
     if whole is not None:
-        return call.path, {"json": _object(whole) | {name: json_or_text(value) for name, value in entries.items()}}
+        return call.path, {
+            "json": _object(whole) | {name: json_or_text(value) for name, value in entries.items()}
+        }
     files = {name: Path(value[1:]) for name, value in entries.items() if value.startswith("@")}
     if not files:
         return call.path, {"json": {name: json_or_text(value) for name, value in entries.items()}}
     fields = {name: value for name, value in entries.items() if name not in files}
-    return call.path, {"files": {name: (path.name, read_bytes(path, MAX_BYTES)) for name, path in files.items()},
-                       "data": fields or None}
+    return call.path, {
+        "files": {name: (path.name, read_bytes(path, MAX_BYTES)) for name, path in files.items()},
+        "data": fields or None,
+    }
 
 
 def _whole(word: str) -> bytes | None:
@@ -137,16 +154,22 @@ def _object(body: bytes) -> dict[str, Any]:
     except (ValueError, RecursionError):
         value = None
     if not isinstance(value, dict):
-        raise BadInput("Entries can only be added to a JSON object.", "Give the body as JSON, or entries alone.",
-                       reason="bad-call")
+        raise BadInput(
+            "Entries can only be added to a JSON object.",
+            "Give the body as JSON, or entries alone.",
+            reason="bad-call",
+        )
     return value
 
 
 def _entry(word: str) -> tuple[str, str]:
     name, is_entry, value = word.partition("=")
     if not is_entry or not name:
-        raise BadInput(f"{word[:80]!r} is no part of a body.", "Use @FILE, -, JSON, or entries as NAME=VALUE.",
-                       reason="bad-call")
+        raise BadInput(
+            f"{word[:80]!r} is no part of a body.",
+            "Use @FILE, -, JSON, or entries as NAME=VALUE.",
+            reason="bad-call",
+        )
     return name, value
 
 
@@ -155,37 +178,94 @@ def _content_type(body: bytes) -> str:
     try:
         json.loads(body)
     except (ValueError, RecursionError):
-        return "application/json" if body.lstrip()[:1] in (b"{", b"[") else "application/octet-stream"
+        return (
+            "application/json" if body.lstrip()[:1] in (b"{", b"[") else "application/octet-stream"
+        )
     return "application/json"
 
 
 def call(
-    words: Annotated[list[str] | None, typer.Argument(metavar="METHOD PATH [BODY…]", help="Such as GET /cameras. Body: "
-                                                      "@FILE, - for standard input, JSON, or entries NAME=VALUE; "
-                                                      "NAME=@FILE uploads a file.")] = None,
-    calls: Annotated[Path | None, typer.Option("--calls", metavar="FILE", help="Many calls, one a line, - for standard "
-                                               "input. ${NAME.entry} is what the line NAME = … answered.")] = None,
-    output: Annotated[Path | None, typer.Option("--out", "--output", "-o", metavar="FILE", help="The file for the "
-                                                "answer. By default standard output.")] = None,
-    server: Annotated[str | None, typer.Option("--server", metavar="URL", help="A running server, such as "
-                                               "http://127.0.0.1:8000.")] = None,
-    token: Annotated[str | None, typer.Option("--token", envvar=TOKEN, help="Its access token.")] = None,
-    data: Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Without --server: the data folder, of a "
-                                              "server that is not running.")] = None,
-    temporary: Annotated[bool, typer.Option("--temporary", help="Without --server: an empty data folder, removed at "
-                                            "the end.")] = False,
+    words: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="METHOD PATH [BODY…]",
+            help="Such as GET /cameras. Body: "
+            "@FILE, - for standard input, JSON, or entries NAME=VALUE; "
+            "NAME=@FILE uploads a file.",
+        ),
+    ] = None,
+    calls: Annotated[
+        Path | None,
+        typer.Option(
+            "--calls",
+            metavar="FILE",
+            help="Many calls, one a line, - for standard "
+            "input. ${NAME.entry} is what the line NAME = … answered.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="The file for the answer. By default standard output.",
+        ),
+    ] = None,
+    server: Annotated[
+        str | None,
+        typer.Option(
+            "--server", metavar="URL", help="A running server, such as http://127.0.0.1:8000."
+        ),
+    ] = None,
+    token: Annotated[
+        str | None, typer.Option("--token", envvar=TOKEN, help="Its access token.")
+    ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            "--data",
+            metavar="DIR",
+            help="Without --server: the data folder, of a server that is not running.",
+        ),
+    ] = None,
+    temporary: Annotated[
+        bool,
+        typer.Option(
+            "--temporary", help="Without --server: an empty data folder, removed at the end."
+        ),
+    ] = False,
     config: ConfigOption = None,
-    header: Annotated[list[str] | None, typer.Option("--header", metavar="NAME:VALUE", help="Header of the request, "
-                                                     "such as If-Match. May be repeated.")] = None,
-    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="Wait for the job that a call starts, and answer its "
-                                       "result.")] = True,
-    enough: Annotated[Enough | None, typer.Option("--enough", help=f"Exit code {POOR} unless the answer has a verdict "
-                                                  "of at least this.")] = None,
+    header: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--header",
+            metavar="NAME:VALUE",
+            help="Header of the request, such as If-Match. May be repeated.",
+        ),
+    ] = None,
+    wait: Annotated[
+        bool,
+        typer.Option(
+            "--wait/--no-wait", help="Wait for the job that a call starts, and answer its result."
+        ),
+    ] = True,
+    enough: Annotated[
+        Enough | None,
+        typer.Option(
+            "--enough", help=f"Exit code {POOR} unless the answer has a verdict of at least this."
+        ),
+    ] = None,
 ) -> None:
     """Make calls of the REST interface, in this process or to a running server."""
-    if sum((server is not None, data is not None, temporary)) > 1 or (server is not None and config is not None):
-        raise typer.BadParameter("--server has its own data folder and settings", param_hint="--server, --data, "
-                                                                                             "--temporary")
+    if sum((server is not None, data is not None, temporary)) > 1 or (
+        server is not None and config is not None
+    ):
+        raise typer.BadParameter(
+            "--server has its own data folder and settings",
+            param_hint="--server, --data, --temporary",
+        )
     headers = dict(_header(text) for text in header or [])
     if words and calls is None:
         listed = [call_of(words)]
@@ -195,12 +275,22 @@ def call(
         raise typer.BadParameter("give one call, or --calls FILE", param_hint="METHOD PATH")
     answers: dict[str, Any] = {}
     level: str | None = None
-    client = Client.temporary(config=config) if temporary else Client(server, token=token, data=data, config=config)
+    client = (
+        Client.temporary(config=config)
+        if temporary
+        else Client(server, token=token, data=data, config=config)
+    )
     with client:
         for number, one in enumerate(listed):
             is_last = number == len(listed) - 1
-            answer = _make(client, filled(one, answers), headers, wait, one.output or (output if is_last else None),
-                           is_shown=one.name is None or (is_last and output is not None))
+            answer = _make(
+                client,
+                filled(one, answers),
+                headers,
+                wait,
+                one.output or (output if is_last else None),
+                is_shown=one.name is None or (is_last and output is not None),
+            )
             level = _level(answer) or level
             if one.name is not None:
                 answers[one.name] = answer
@@ -208,7 +298,14 @@ def call(
         exit_below(enough, level)
 
 
-def _make(client: Client, one: Call, headers: dict[str, str], wait: bool, output: Path | None, is_shown: bool) -> Any:
+def _make(
+    client: Client,
+    one: Call,
+    headers: dict[str, str],
+    wait: bool,
+    output: Path | None,
+    is_shown: bool,
+) -> Any:
     """Make one call, wait for its job and write what it answers; return that where it is JSON."""
     path, body = request_of(one)
     body["headers"] = {**body.get("headers", {}), **headers}
@@ -237,13 +334,19 @@ def _write(output: Path | None, pieces: Iterator[bytes]) -> None:
         return
     for piece in pieces:
         if b"\0" in piece and sys.stdout.isatty():
-            raise BadInput("The answer is no text.", "Write it to a file with --out FILE.", reason="bad-call")
+            raise BadInput(
+                "The answer is no text.", "Write it to a file with --out FILE.", reason="bad-call"
+            )
         sys.stdout.buffer.write(piece)
     sys.stdout.flush()
 
 
 def _text(calls: Path) -> str:
-    return sys.stdin.read() if str(calls) == "-" else files.read_bytes(calls).decode("utf-8", "replace")
+    return (
+        sys.stdin.read()
+        if str(calls) == "-"
+        else files.read_bytes(calls).decode("utf-8", "replace")
+    )
 
 
 def _header(text: str) -> tuple[str, str]:

@@ -11,13 +11,33 @@ from typer.core import TyperCommand
 from touchline.core.errors import TouchlineError
 
 UNEXPECTED, USAGE, REFUSED, FILE, POOR = 1, 2, 3, 4, 5
-FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", "disk-full", "no-settings-file",
-                "database-damaged", "database-missing", "database-away", "newer-database", "folder-not-empty",
-                "database-not-empty", "restore-unfinished", "no-archive", "no-good-backup", "no-own-backups",
-                "no-interface", "no-route", "forbidden", "network")
-EXIT_CODES = ("Exit codes: 0 done; 1 internal error; 2 wrong command line; 3 the input was refused (points, image, "
-              "field, settings); 4 a file, folder, port or network cannot be used; 5 report, check, call: the "
-              "verdict is below --enough.")
+FILE_REASONS = (
+    "port-taken",
+    "data-folder",
+    "data-folder-in-use",
+    "not-saved",
+    "disk-full",
+    "no-settings-file",
+    "database-damaged",
+    "database-missing",
+    "database-away",
+    "newer-database",
+    "folder-not-empty",
+    "database-not-empty",
+    "restore-unfinished",
+    "no-archive",
+    "no-good-backup",
+    "no-own-backups",
+    "no-interface",
+    "no-route",
+    "forbidden",
+    "network",
+)
+EXIT_CODES = (
+    "Exit codes: 0 done; 1 internal error; 2 wrong command line; 3 the input was refused (points, image, "
+    "field, settings); 4 a file, folder, port or network cannot be used; 5 report, check, call: the "
+    "verdict is below --enough."
+)
 
 REMOVED = {  # what is a file in the call must be JSON as the REST description has it
     "pair": "touchline call POST /pairs @pair.json",
@@ -47,13 +67,17 @@ def exit_code_of(error: Exception) -> int:
     if isinstance(error, BrokenPipeError):
         return 0  # whoever reads our output has had enough
     if isinstance(error, OSError):
-        error = FileTrouble(f"{error.filename or 'A file'}: {error.strerror or error}.",
-                            "Check the path, its permissions and the free disk space.")
+        error = FileTrouble(
+            f"{error.filename or 'A file'}: {error.strerror or error}.",
+            "Check the path, its permissions and the free disk space.",
+        )
     if isinstance(error, TouchlineError):
         print(f"error: {error.what}\nfix: {error.fix}", file=sys.stderr)
         return FILE if isinstance(error, FileTrouble) or error.reason in FILE_REASONS else REFUSED
     traceback.print_exception(error)
-    print("error: An internal error occurred.\nfix: Report it with the lines above.", file=sys.stderr)
+    print(
+        "error: An internal error occurred.\nfix: Report it with the lines above.", file=sys.stderr
+    )
     return UNEXPECTED
 
 
@@ -65,8 +89,14 @@ class Enough(StrEnum):
     any = "any"
 
 
-ACCEPTED = {Enough.good: {"good"}, Enough.fair: {"good", "fair"}, Enough.any: {"good", "fair", "poor", "unknown"}}
-EnoughOption = Annotated[Enough, typer.Option("--enough", help=f"Exit code {POOR} for a verdict below this.")]
+ACCEPTED = {
+    Enough.good: {"good"},
+    Enough.fair: {"good", "fair"},
+    Enough.any: {"good", "fair", "poor", "unknown"},
+}
+EnoughOption = Annotated[
+    Enough, typer.Option("--enough", help=f"Exit code {POOR} for a verdict below this.")
+]
 
 
 def exit_below(enough: Enough, level: str | None) -> None:
@@ -81,8 +111,19 @@ def say(text: str) -> None:
 
 def removed_command(name: str) -> TyperCommand:
     """Return a command that takes any words, and says what took its place."""
+
     def replaced(**_: Any) -> None:
         say(f"error: touchline {name} was removed.\nfix: Use {REMOVED[name]}. {HELP}")
         raise typer.Exit(USAGE)
-    return TyperCommand(name, callback=replaced, hidden=True, add_help_option=False, context_settings={
-        "ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": []})
+
+    return TyperCommand(
+        name,
+        callback=replaced,
+        hidden=True,
+        add_help_option=False,
+        context_settings={
+            "ignore_unknown_options": True,
+            "allow_extra_args": True,
+            "help_option_names": [],
+        },
+    )

@@ -18,7 +18,16 @@ from touchline.images import ImageDecoder, ImageLimits, encode, frame_from_bytes
 from touchline.models.intrinsics import Intrinsics
 from touchline.store.files import write_atomically
 
-POINTS_KEYS = ("observations", "field", "region", "rotate", "model", "options", "image_size", "note")
+POINTS_KEYS = (
+    "observations",
+    "field",
+    "region",
+    "rotate",
+    "model",
+    "options",
+    "image_size",
+    "note",
+)
 POINTS_FORM = 'Use a list of observations, or {"field": …, "region": …, "observations": […]}.'
 LENS_FORMAT = "touchline-lens"
 MAX_JSON_BYTES = 16 << 20
@@ -31,26 +40,36 @@ def read_bytes(path: Path, max_bytes: int = ImageLimits().max_bytes) -> bytes:
         with path.open("rb") as file:
             data = file.read(max_bytes + 1)
     except OSError as error:
-        raise FileTrouble(f"{path} cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
+        raise FileTrouble(
+            f"{path} cannot be read: {error.strerror}.", "Check the path and its permissions."
+        ) from None
     if len(data) > max_bytes:
-        raise BadInput(f"{path} has more than {max_bytes / 1e6:.4g} MB.", "Use a smaller file.", reason="too-large")
+        raise BadInput(
+            f"{path} has more than {max_bytes / 1e6:.4g} MB.",
+            "Use a smaller file.",
+            reason="too-large",
+        )
     return data
 
 
 def write_bytes(path: Path, data: bytes) -> None:
     """Write a file whole or not at all, behind a symbolic link as well; into a device or a FIFO as it is."""
     try:
-        if path.exists() and (not path.is_file() or path.is_relative_to("/dev") or path.is_relative_to("/proc")):
+        if path.exists() and (
+            not path.is_file() or path.is_relative_to("/dev") or path.is_relative_to("/proc")
+        ):
             # /dev/stdout may be a file that the shell has open
             with path.open("wb", buffering=0) as file:
                 rest = memoryview(data)
                 while rest:
-                    rest = rest[file.write(rest):]
+                    rest = rest[file.write(rest) :]
         else:
             write_atomically(path.resolve(), data)
     except OSError as error:
-        raise FileTrouble(f"{path} cannot be written: {error.strerror}.",
-                          "Check the folder, its permissions and the free disk space.") from None
+        raise FileTrouble(
+            f"{path} cannot be written: {error.strerror}.",
+            "Check the folder, its permissions and the free disk space.",
+        ) from None
 
 
 def read_picture(path: Path) -> Frame:
@@ -61,8 +80,10 @@ def read_picture(path: Path) -> Frame:
 def decoded(paths: Sequence[Path]) -> Iterator[list[tuple[str, Callable[[], Frame]]]]:
     """Name each picture and how to read it, one at a time, while a child runs that decodes them."""
     with ImageDecoder(workers=1) as decoder:
+
         def read(path: Path) -> Frame:
             return decoder.frame_from_bytes(read_bytes(path))
+
         yield [(path.name, partial(read, path)) for path in paths]
 
 
@@ -70,8 +91,11 @@ def write_picture(path: Path, pixels: Any) -> None:
     """PNG or JPEG, by the name's ending."""
     format = {".png": "png", ".jpg": "jpg", ".jpeg": "jpg"}.get(path.suffix.lower())
     if format is None:
-        raise BadInput(f"The image format of {path.name} is unknown.", "Use a name that ends with .png or .jpg.",
-                       reason="unknown-image-format")
+        raise BadInput(
+            f"The image format of {path.name} is unknown.",
+            "Use a name that ends with .png or .jpg.",
+            reason="unknown-image-format",
+        )
     write_bytes(path, encode(pixels, format, quality=95))
 
 
@@ -112,20 +136,30 @@ def read_points_file(path: Path) -> dict[str, Any]:
         raise BadInput(f"{path} contains no observations.", POINTS_FORM, reason="bad-points-file")
     for key in value:
         if key not in POINTS_KEYS:
-            raise BadInput(f"{path} has an unknown entry {key!r}.", f"Known entries: {', '.join(POINTS_KEYS)}.",
-                           reason="bad-points-file")
+            raise BadInput(
+                f"{path} has an unknown entry {key!r}.",
+                f"Known entries: {', '.join(POINTS_KEYS)}.",
+                reason="bad-points-file",
+            )
     return dict(value)
 
 
 def strict_json(data: bytes | str, name: str) -> Any:
     """JSON as the standard has it: no NaN, no Infinity."""
+
     def refuse(constant: str) -> Any:
-        raise BadInput(f"{name} contains {constant}.", "Remove or correct that point.", reason="non-finite-number")
+        raise BadInput(
+            f"{name} contains {constant}.",
+            "Remove or correct that point.",
+            reason="non-finite-number",
+        )
 
     try:
         return json.loads(data, parse_constant=refuse)
     except (ValueError, RecursionError) as error:
-        raise BadInput(f"{name} is not JSON: {error}.", "Correct the file.", reason="bad-json") from None
+        raise BadInput(
+            f"{name} is not JSON: {error}.", "Correct the file.", reason="bad-json"
+        ) from None
 
 
 def json_or_text(word: str) -> Any:
@@ -140,7 +174,9 @@ def points_from_text(text: str) -> Points:
     """(n, 2) points from JSON ([[x, y], …]) or from lines of x,y."""
     if text.lstrip().startswith(("[", "{")):
         value = strict_json(text, "The input")
-        return as_points(value["points"] if isinstance(value, dict) and "points" in value else value).reshape(-1, 2)
+        return as_points(
+            value["points"] if isinstance(value, dict) and "points" in value else value
+        ).reshape(-1, 2)
     rows = [row for row in csv.reader(text.splitlines(), skipinitialspace=True) if row]
     return points_from_pairs([",".join(row) for row in rows])
 
@@ -152,7 +188,10 @@ def points_from_pairs(pairs: list[str]) -> Points:
         try:
             x, y = (float(part) for part in pair.split(","))
         except ValueError:
-            raise BadInput(f"{pair!r} is not a point.", "Write points as x,y with a decimal point, such as 320.5,240.",
-                           reason="bad-points") from None
+            raise BadInput(
+                f"{pair!r} is not a point.",
+                "Write points as x,y with a decimal point, such as 320.5,240.",
+                reason="bad-points",
+            ) from None
         points.append((x, y))
     return as_points(points)

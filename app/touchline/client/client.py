@@ -36,8 +36,11 @@ def to_server(url: str, token: str | None = None) -> Iterator[httpx2.Client]:
     except httpx2.InvalidURL:
         address = httpx2.URL("")
     if address.scheme not in ("http", "https") or not address.host:
-        raise BadInput(f"{url!r} is not the address of a server.", "Enter it as http://127.0.0.1:8000.",
-                       reason="bad-address")
+        raise BadInput(
+            f"{url!r} is not the address of a server.",
+            "Enter it as http://127.0.0.1:8000.",
+            reason="bad-address",
+        )
     with httpx2.Client(base_url=address, headers=_authorised(token), timeout=TIMEOUT) as http:
         yield http
 
@@ -56,15 +59,23 @@ def in_process(data: Path | None = None, config: Path | None = None) -> Iterator
 
     settings = load_settings(config, data=data)
     token = settings.token.get_secret_value() if settings.token else None
-    with TestClient(create_app(settings, serves=False), base_url=HERE, headers=_authorised(token),
-                    raise_server_exceptions=False, client=("127.0.0.1", 0)) as http:
+    with TestClient(
+        create_app(settings, serves=False),
+        base_url=HERE,
+        headers=_authorised(token),
+        raise_server_exceptions=False,
+        client=("127.0.0.1", 0),
+    ) as http:
         yield http
 
 
 @contextmanager
 def in_temporary_folder(config: Path | None = None) -> Iterator[httpx2.Client]:
     """Start the application in this process with an empty data folder, which is removed at the end."""
-    with TemporaryDirectory(prefix="touchline-") as folder, in_process(Path(folder), config) as http:
+    with (
+        TemporaryDirectory(prefix="touchline-") as folder,
+        in_process(Path(folder), config) as http,
+    ):
         yield http
 
 
@@ -79,11 +90,17 @@ def send(http: httpx2.Client, request: httpx2.Request, stream: bool = False) -> 
             return response
         response.read()
     except httpx2.TimeoutException:
-        raise Unavailable(f"{request.url} did not answer in time.", "Check the server, then try again.",
-                          reason="network") from None
+        raise Unavailable(
+            f"{request.url} did not answer in time.",
+            "Check the server, then try again.",
+            reason="network",
+        ) from None
     except httpx2.TransportError as error:
-        raise Unavailable(f"{request.url.copy_with(path='/', query=None)} does not answer: {error}.",
-                          "Start the server with touchline serve, or check its address.", reason="network") from None
+        raise Unavailable(
+            f"{request.url.copy_with(path='/', query=None)} does not answer: {error}.",
+            "Start the server with touchline serve, or check its address.",
+            reason="network",
+        ) from None
     raise problem_in(response)
 
 
@@ -95,15 +112,21 @@ def problem_in(response: httpx2.Response) -> TouchlineError:
         problem = None
     # something between us and the server answered
     if not isinstance(problem, Mapping) or "detail" not in problem:
-        return Unavailable(f"{response.url} answered {response.status_code} {response.reason_phrase}.",
-                           "Check that this is the address of a Touchline server.", reason="network")
+        return Unavailable(
+            f"{response.url} answered {response.status_code} {response.reason_phrase}.",
+            "Check that this is the address of a Touchline server.",
+            reason="network",
+        )
     return error_of(_with_reason(problem))
 
 
 def _with_reason(problem: Mapping[str, Any]) -> dict[str, Any]:
     """Return a problem with its reason, which is the last part of its type."""
     kind = str(problem.get("type", "")).rpartition("/")[2]
-    return {**{name: value for name, value in problem.items() if name != "type"}, "reason": kind or "refused"}
+    return {
+        **{name: value for name, value in problem.items() if name != "type"},
+        "reason": kind or "refused",
+    }
 
 
 def error_of_job(problem: Mapping[str, Any]) -> TouchlineError:
@@ -128,13 +151,29 @@ class Client:
     operator: who is to stand behind what is saved.
     """
 
-    def __init__(self, server: str | None = None, *, token: str | None = None, data: Path | str | None = None,
-                 config: Path | str | None = None, operator: str | None = None) -> None:
+    def __init__(
+        self,
+        server: str | None = None,
+        *,
+        token: str | None = None,
+        data: Path | str | None = None,
+        config: Path | str | None = None,
+        operator: str | None = None,
+    ) -> None:
         if server is not None and (data is not None or config is not None):
-            raise BadInput("A server has its own data folder and settings.", "Give either a server, or a data folder "
-                           "and settings.", reason="bad-request")
-        self._connect(to_server(server, token) if server is not None else in_process(
-            None if data is None else Path(data), None if config is None else Path(config)), operator)
+            raise BadInput(
+                "A server has its own data folder and settings.",
+                "Give either a server, or a data folder and settings.",
+                reason="bad-request",
+            )
+        self._connect(
+            to_server(server, token)
+            if server is not None
+            else in_process(
+                None if data is None else Path(data), None if config is None else Path(config)
+            ),
+            operator,
+        )
 
     @classmethod
     def temporary(cls, *, config: Path | str | None = None, operator: str | None = None) -> Self:
@@ -147,7 +186,9 @@ class Client:
         self._stack = ExitStack()
         self._http: httpx2.Client = self._stack.enter_context(opened)
         if operator is not None:
-            self._http.headers["X-Operator"] = operator.encode("latin-1", "replace").decode("latin-1")
+            self._http.headers["X-Operator"] = operator.encode("latin-1", "replace").decode(
+                "latin-1"
+            )
 
     def __enter__(self) -> Self:
         return self
@@ -161,20 +202,39 @@ class Client:
 
     # --- any call
 
-    def call(self, method: str, path: str, *, json: Any = None, params: Mapping[str, Any] | None = None,
-             files: Mapping[str, tuple[str, bytes]] | None = None, data: Mapping[str, str] | None = None,
-             content: bytes | None = None, headers: Mapping[str, str] | None = None,
-             stream: bool = False) -> httpx2.Response:
+    def call(
+        self,
+        method: str,
+        path: str,
+        *,
+        json: Any = None,
+        params: Mapping[str, Any] | None = None,
+        files: Mapping[str, tuple[str, bytes]] | None = None,
+        data: Mapping[str, str] | None = None,
+        content: bytes | None = None,
+        headers: Mapping[str, str] | None = None,
+        stream: bool = False,
+    ) -> httpx2.Response:
         """Make one call and return the response; a TouchlineError for every refusal.
 
         path: with or without /api/v1, as "/cameras". Of the body one is given: json; content, as it is; or files as
         {name: (file name, bytes)} with data, the other fields of their form. stream: the answer is read piece by piece,
         by iter_bytes(), and the caller closes it.
         """
-        given = {"json": json, "params": params, "files": files, "data": data, "content": content, "headers": headers}
+        given = {
+            "json": json,
+            "params": params,
+            "files": files,
+            "data": data,
+            "content": content,
+            "headers": headers,
+        }
         full = path if path.startswith(f"{API}/") else f"{API}/{path.lstrip('/')}"
-        request = self._http.build_request(method.upper(), full, **{
-            name: value for name, value in given.items() if value is not None})
+        request = self._http.build_request(
+            method.upper(),
+            full,
+            **{name: value for name, value in given.items() if value is not None},
+        )
         return send(self._http, request, stream)
 
     def items(self, path: str, **params: Any) -> Iterator[dict[str, Any]]:
@@ -190,8 +250,12 @@ class Client:
 
     def upload(self, image: Path | str | bytes, *, camera: str | None = None) -> Snapshot:
         """Save an image, PNG, JPEG, BMP or WebP, as a file's path or as its bytes. camera: the one that took it."""
-        answer = self.call("POST", "/snapshots", files={"file": _file_of(image)},
-                           data=None if camera is None else {"camera": camera})
+        answer = self.call(
+            "POST",
+            "/snapshots",
+            files={"file": _file_of(image)},
+            data=None if camera is None else {"camera": camera},
+        )
         return cast(Snapshot, answer.json())
 
     def auto(self, snapshot: Snapshot | str, **request: Any) -> Job:
@@ -200,28 +264,47 @@ class Client:
         request: further entries of POST /calibrations/auto, as field, region, model, options, note. Without them the
         image decides. `wait` waits for the job.
         """
-        return cast(Job, self.call("POST", "/calibrations/auto", json={"snapshot": _id(snapshot), **request}).json())
+        return cast(
+            Job,
+            self.call(
+                "POST", "/calibrations/auto", json={"snapshot": _id(snapshot), **request}
+            ).json(),
+        )
 
-    def calibrate(self, snapshot: Snapshot | str, observations: list[Any], **request: Any) -> Calibration:
+    def calibrate(
+        self, snapshot: Snapshot | str, observations: list[Any], **request: Any
+    ) -> Calibration:
         """Fit a model to observations in an image, and save it.
 
         request: field, region, rotate, model, options, note, as POST /calibrations takes them.
         """
         body = {"snapshot": _id(snapshot), "observations": observations, **request}
-        return self.calibration(self.wait(cast(Job, self.call(
-            "POST", "/calibrations", params={"job": "true"}, json=body).json()))["calibration"])
+        return self.calibration(
+            self.wait(
+                cast(
+                    Job,
+                    self.call("POST", "/calibrations", params={"job": "true"}, json=body).json(),
+                )
+            )["calibration"]
+        )
 
     def calibration(self, id: str) -> Calibration:
         """Return a version by its id."""
         return cast(Calibration, self.call("GET", f"/calibrations/{_path(id)}").json())
 
-    def wait(self, job: Job | str, progress: Progress = no_progress, timeout_s: float | None = None) -> Any:
+    def wait(
+        self, job: Job | str, progress: Progress = no_progress, timeout_s: float | None = None
+    ) -> Any:
         """Wait for a job and return its result; raise the problem that it failed with.
 
         progress: called with the finished share, 0 to 1, and a message, after each change. Ctrl-C, and whatever
         progress raises, cancels the job. timeout_s: Unavailable after so long; the job goes on.
         """
-        id, delay_s, end_s = _id(job), POLL_S, None if timeout_s is None else time.monotonic() + timeout_s
+        id, delay_s, end_s = (
+            _id(job),
+            POLL_S,
+            None if timeout_s is None else time.monotonic() + timeout_s,
+        )
         told: tuple[float, str] | None = None
         try:
             while True:
@@ -232,8 +315,11 @@ class Client:
                     told = news
                     progress(*news)
                 if end_s is not None and time.monotonic() > end_s:
-                    raise Unavailable(f"The job {id} is still {now['state']} after {timeout_s:g} s.",
-                                      "Wait for it again, or cancel it.", reason="still-running")
+                    raise Unavailable(
+                        f"The job {id} is still {now['state']} after {timeout_s:g} s.",
+                        "Wait for it again, or cancel it.",
+                        reason="still-running",
+                    )
                 time.sleep(delay_s)
                 delay_s = min(MAX_POLL_S, SLOWER * delay_s)
         except (Unavailable, NotFound):  # nobody answers, or it is still running: it goes on
@@ -251,8 +337,14 @@ class Client:
         """Cancel a job; one that has ended stays as it is."""
         self.call("DELETE", f"/jobs/{_path(_id(job))}")
 
-    def transform(self, calibration: Calibration | str, points: ArrayLike, source: Frame = "image",
-                  target: Frame = "field", z_mm: float = 0.0) -> NDArray[np.float64]:
+    def transform(
+        self,
+        calibration: Calibration | str,
+        points: ArrayLike,
+        source: Frame = "image",
+        target: Frame = "field",
+        z_mm: float = 0.0,
+    ) -> NDArray[np.float64]:
         """Convert points from one frame to another, any number of them.
 
         points: (…, 2), px of the raw or of the corrected image, or mm from the field's centre. z_mm: the height above
@@ -260,36 +352,73 @@ class Client:
         """
         given = np.asarray(points, "<f8")
         if given.ndim == 0 or given.shape[-1] != 2:
-            raise BadInput(f"The points have the shape {given.shape}.", "Give them as an array of shape (…, 2).",
-                           reason="bad-points")
-        answer = self.call("POST", f"/calibrations/{_path(_id(calibration))}/transform", content=given.tobytes(),
-                           params={"from": source, "to": target, "z_mm": z_mm}, headers={"Content-Type": POINTS})
+            raise BadInput(
+                f"The points have the shape {given.shape}.",
+                "Give them as an array of shape (…, 2).",
+                reason="bad-points",
+            )
+        answer = self.call(
+            "POST",
+            f"/calibrations/{_path(_id(calibration))}/transform",
+            content=given.tobytes(),
+            params={"from": source, "to": target, "z_mm": z_mm},
+            headers={"Content-Type": POINTS},
+        )
         return np.frombuffer(answer.content, "<f8").reshape(given.shape).copy()
 
-    def correct(self, calibration: Calibration | str, image: Path | str | bytes, *,
-                format: Literal["png", "jpg"] = "png", margin_px: int = 0, width: int | None = None) -> bytes:
+    def correct(
+        self,
+        calibration: Calibration | str,
+        image: Path | str | bytes,
+        *,
+        format: Literal["png", "jpg"] = "png",
+        margin_px: int = 0,
+        width: int | None = None,
+    ) -> bytes:
         """Return an image corrected, as PNG or JPEG bytes. image: a file's path or its bytes.
 
         margin_px: carpet shown around the region. width: of the result, px; its natural one where it is None.
         """
-        params = {"format": format, "margin_px": margin_px, **({} if width is None else {"width": width})}
-        return self.call("POST", f"/calibrations/{_path(_id(calibration))}/correct", params=params,
-                         files={"file": _file_of(image)}).content
+        params = {
+            "format": format,
+            "margin_px": margin_px,
+            **({} if width is None else {"width": width}),
+        }
+        return self.call(
+            "POST",
+            f"/calibrations/{_path(_id(calibration))}/correct",
+            params=params,
+            files={"file": _file_of(image)},
+        ).content
 
-    def export(self, calibration: Calibration | str, format: str = "json", *, approximate: bool = False,
-               camera_id: int | None = None) -> bytes:
+    def export(
+        self,
+        calibration: Calibration | str,
+        format: str = "json",
+        *,
+        approximate: bool = False,
+        camera_id: int | None = None,
+    ) -> bytes:
         """Return a calibration as a file of that format, such as "json", "opencv" or "npz".
 
         approximate: as the nearest that the format can hold. camera_id: its number, in a format that has one.
         """
-        params = {"approximate": approximate, **({} if camera_id is None else {"camera_id": camera_id})}
-        return self.call("GET", f"/calibrations/{_path(_id(calibration))}/export/{_path(format)}",
-                         params=params).content
+        params = {
+            "approximate": approximate,
+            **({} if camera_id is None else {"camera_id": camera_id}),
+        }
+        return self.call(
+            "GET", f"/calibrations/{_path(_id(calibration))}/export/{_path(format)}", params=params
+        ).content
 
 
 def _file_of(image: Path | str | bytes) -> tuple[str, bytes]:
     """Return an image's file name and bytes."""
-    return ("image", image) if isinstance(image, bytes) else (Path(image).name, Path(image).read_bytes())
+    return (
+        ("image", image)
+        if isinstance(image, bytes)
+        else (Path(image).name, Path(image).read_bytes())
+    )
 
 
 def _id(record: Mapping[str, Any] | str) -> str:

@@ -4,8 +4,17 @@ from typing import Literal
 
 from touchline.core.statements import Stated
 
-DriftState = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
-                     "dark"]
+DriftState = Literal[
+    "learning",
+    "unfollowed",
+    "steady",
+    "misplaced",
+    "knocked",
+    "out-of-focus",
+    "replaced",
+    "covered",
+    "dark",
+]
 
 
 class DriftJson(Stated):

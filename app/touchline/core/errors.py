@@ -1,17 +1,17 @@
 """Everything that can go wrong, as a tree; each error ends with what to do.
 
-    TouchlineError                what happened, and how to cure it
-    ├── BadInput                  what the caller sent cannot be used            (422)
-    │   ├── FitFailed             the points do not determine a model            (422)
-    │   └── BadImage              the bytes are no picture that we would decode  (422)
-    │       └── ImageTooLarge     more bytes or pixels than we would decode      (413)
-    ├── NotFound                  a name or id that is not known                 (404)
-    ├── Conflict                  it exists, but not in the state that is wanted (409)
-    ├── Stale                     changed by another meanwhile                   (412)
-    ├── Cancelled                 the caller asked to stop                       (409)
-    ├── Busy                      more requests at once than can be served         (429)
-    └── Unavailable               a part that we need is down or busy            (503)
-        └── DiskFull              nothing more can be saved                      (507)
+TouchlineError                what happened, and how to cure it
+├── BadInput                  what the caller sent cannot be used            (422)
+│   ├── FitFailed             the points do not determine a model            (422)
+│   └── BadImage              the bytes are no picture that we would decode  (422)
+│       └── ImageTooLarge     more bytes or pixels than we would decode      (413)
+├── NotFound                  a name or id that is not known                 (404)
+├── Conflict                  it exists, but not in the state that is wanted (409)
+├── Stale                     changed by another meanwhile                   (412)
+├── Cancelled                 the caller asked to stop                       (409)
+├── Busy                      more requests at once than can be served         (429)
+└── Unavailable               a part that we need is down or busy            (503)
+    └── DiskFull              nothing more can be saved                      (507)
 """
 
 from typing import ClassVar
@@ -37,7 +37,9 @@ class TouchlineError(Exception):
     status: ClassVar[int] = 422
     reason: str = "problem"  # of the class, unless one is given
 
-    def __init__(self, what: str, fix: str, *, reason: str | None = None, **details: object) -> None:
+    def __init__(
+        self, what: str, fix: str, *, reason: str | None = None, **details: object
+    ) -> None:
         super().__init__(what)
         self.what = what
         self.fix = fix

@@ -19,7 +19,9 @@ from touchline.core.geometry import Points, as_pair, as_points
 from touchline.core.json_values import PointJson
 from touchline.core.statements import Stated
 
-LineJson = TypedDict("LineJson", {"name": str, "from": PointJson, "to": PointJson, "width_mm": float})
+LineJson = TypedDict(
+    "LineJson", {"name": str, "from": PointJson, "to": PointJson, "width_mm": float}
+)
 
 BORDERS = ("left", "right", "top", "bottom")
 QUARTER_TURNS = (0, 90, 180, 270)
@@ -113,7 +115,12 @@ class Line:
         return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]))
 
     def to_json(self) -> LineJson:
-        return {"name": self.name, "from": list(self.start), "to": list(self.end), "width_mm": self.width_mm}
+        return {
+            "name": self.name,
+            "from": list(self.start),
+            "to": list(self.end),
+            "width_mm": self.width_mm,
+        }
 
 
 @dataclass(frozen=True)
@@ -148,20 +155,30 @@ class Arc:
         if not offset_mm and not any(centre_mm):
             return self
         x, y = self.centre
-        return replace(self, radius_mm=self.radius_mm + offset_mm, centre=(x + centre_mm[0], y + centre_mm[1]))
+        return replace(
+            self, radius_mm=self.radius_mm + offset_mm, centre=(x + centre_mm[0], y + centre_mm[1])
+        )
 
     def sample(self, count: int) -> Points:
         """(count, 2) evenly spaced points from start_deg to end_deg."""
         angle = np.radians(np.linspace(self.start_deg, self.end_deg, count))
-        return np.asarray(self.centre) + self.radius_mm * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        return np.asarray(self.centre) + self.radius_mm * np.stack(
+            [np.cos(angle), np.sin(angle)], axis=-1
+        )
 
     @property
     def length_mm(self) -> float:
         return float(np.radians(abs(self.end_deg - self.start_deg)) * self.radius_mm)
 
     def to_json(self) -> ArcJson:
-        return {"name": self.name, "centre": list(self.centre), "radius_mm": self.radius_mm,
-                "start_deg": self.start_deg, "end_deg": self.end_deg, "width_mm": self.width_mm}
+        return {
+            "name": self.name,
+            "centre": list(self.centre),
+            "radius_mm": self.radius_mm,
+            "start_deg": self.start_deg,
+            "end_deg": self.end_deg,
+            "width_mm": self.width_mm,
+        }
 
 
 @dataclass(frozen=True)
@@ -228,23 +245,39 @@ class Region:
     def border(self, name: str) -> Line:
         """One of left, right, top, bottom, as a line in field mm, running right or down the picture."""
         w, h = self.width_mm, self.height_mm
-        ends = {"left": ((0, 0), (0, h)), "right": ((w, 0), (w, h)),
-                "top": ((0, 0), (w, 0)), "bottom": ((0, h), (w, h))}[name]
+        ends = {
+            "left": ((0, 0), (0, h)),
+            "right": ((w, 0), (w, h)),
+            "top": ((0, 0), (w, 0)),
+            "bottom": ((0, h), (w, h)),
+        }[name]
         start, end = (self.field_from_region(np.array(p, float)) for p in ends)
         return Line(name, (float(start[0]), float(start[1])), (float(end[0]), float(end[1])))
 
     def rotated(self, rotate_deg: int) -> Self:
         """The same rectangle, standing otherwise in the picture."""
         if rotate_deg not in QUARTER_TURNS:
-            raise BadInput(f"A covered area cannot be rotated by {rotate_deg}°.", "Use 0, 90, 180 or 270.",
-                           reason="bad-rotation")
+            raise BadInput(
+                f"A covered area cannot be rotated by {rotate_deg}°.",
+                "Use 0, 90, 180 or 270.",
+                reason="bad-rotation",
+            )
         return replace(self, rotate_deg=rotate_deg)
 
     def to_json(self) -> RegionJson:
         left, right, top, bottom = (self.border(name).to_json() for name in BORDERS)
-        return {"name": self.name, "x": list(self.x_mm), "y": list(self.y_mm), "rotate": self.rotate_deg,
-                "width_mm": self.width_mm, "height_mm": self.height_mm,
-                "left": left, "right": right, "top": top, "bottom": bottom}
+        return {
+            "name": self.name,
+            "x": list(self.x_mm),
+            "y": list(self.y_mm),
+            "rotate": self.rotate_deg,
+            "width_mm": self.width_mm,
+            "height_mm": self.height_mm,
+            "left": left,
+            "right": right,
+            "top": top,
+            "bottom": bottom,
+        }
 
 
 @dataclass(frozen=True)
@@ -282,7 +315,9 @@ class Field:
             border, side = _border_along(line, region)
             if name not in every and border in every:
                 every[name] = side * every[border]
-        return replace(self, line_offsets_mm=every, arc_offsets_mm=found.get("arc_offsets_mm") or {})
+        return replace(
+            self, line_offsets_mm=every, arc_offsets_mm=found.get("arc_offsets_mm") or {}
+        )
 
     @property
     def markings(self) -> tuple[Line | Arc, ...]:
@@ -304,8 +339,11 @@ class Field:
         try:
             region = self.regions[name]
         except (KeyError, TypeError):
-            raise NotFound(f"The field {self.name} has no covered area called {name!r}.",
-                           f"Use one of: {', '.join(self.regions)}.", reason="unknown-region") from None
+            raise NotFound(
+                f"The field {self.name} has no covered area called {name!r}.",
+                f"Use one of: {', '.join(self.regions)}.",
+                reason="unknown-region",
+            ) from None
         return region if rotate_deg is None else region.rotated(rotate_deg)
 
     def feature(self, name: str | Point, region: Region) -> Feature:
@@ -321,17 +359,26 @@ class Field:
         if name in self.landmarks:
             return self.landmarks[name]
         known = (*BORDERS, *self.lines, *self.arcs, *self.landmarks)
-        raise BadInput(f"The field {self.name} has no feature called {name!r}.",
-                       f"Use one of: {', '.join(known)}.", reason="unknown-feature")
+        raise BadInput(
+            f"The field {self.name} has no feature called {name!r}.",
+            f"Use one of: {', '.join(known)}.",
+            reason="unknown-feature",
+        )
 
     def to_json(self) -> FieldJson:
-        return {"name": self.name, "title": self.title, "length_mm": self.length_mm, "width_mm": self.width_mm,
-                "lines": [line.to_json() for line in self.lines.values()],
-                "arcs": [arc.to_json() for arc in self.arcs.values()],
-                "landmarks": {m.name: list(m.position) for m in self.landmarks.values()},
-                "regions": {r.name: r.to_json() for r in self.regions.values()},
-                "hat_height_mm": self.hat_height_mm, "line_sigma_mm": self.line_sigma_mm,
-                "extras": dict(self.extras)}
+        return {
+            "name": self.name,
+            "title": self.title,
+            "length_mm": self.length_mm,
+            "width_mm": self.width_mm,
+            "lines": [line.to_json() for line in self.lines.values()],
+            "arcs": [arc.to_json() for arc in self.arcs.values()],
+            "landmarks": {m.name: list(m.position) for m in self.landmarks.values()},
+            "regions": {r.name: r.to_json() for r in self.regions.values()},
+            "hat_height_mm": self.hat_height_mm,
+            "line_sigma_mm": self.line_sigma_mm,
+            "extras": dict(self.extras),
+        }
 
 
 @lru_cache(maxsize=1024)
@@ -341,6 +388,10 @@ def _border_along(line: Line, region: Region) -> tuple[str | None, float]:
     for name in BORDERS:
         border = region.border(name)
         ends = np.array([border.start, border.end])
-        if np.abs(line.nearest(ends) - ends).max() < 1 and (ends >= low - 1).all() and (ends <= high + 1).all():
+        if (
+            np.abs(line.nearest(ends) - ends).max() < 1
+            and (ends >= low - 1).all()
+            and (ends <= high + 1).all()
+        ):
             return name, float(np.sign(line.tangents(ends)[0] @ border.tangents(ends)[0]))
     return None, 0.0

@@ -29,8 +29,10 @@ from touchline.core.sentences import AREAS, area_name, marking_name
 from touchline.core.statements import STATEMENTS, Sentence, say
 
 NAMED = 3  # in a sentence
-FIELD_CHANGED_FIX = say("field-change.calibrate-again",
-                        "Calibrate it again from its saved points, then activate the new version.")
+FIELD_CHANGED_FIX = say(
+    "field-change.calibrate-again",
+    "Calibrate it again from its saved points, then activate the new version.",
+)
 SIZE = say("field-change.size", "its size")
 
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
@@ -45,8 +47,9 @@ BESIDE = 0.05
 T = TypeVar("T")
 
 
-def field_changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str,
-                  observed: Iterable[Any]) -> tuple[str, ...]:
+def field_changes(
+    before: Mapping[str, Any], now: Mapping[str, Any], region: str, observed: Iterable[Any]
+) -> tuple[str, ...]:
     """Name what lies elsewhere in `now` than in `before`, or is gone, and would make a calibration wrong.
 
     Both are fields as Field.to_json writes them. A calibration rests on the field's size, its region, every line and
@@ -56,34 +59,54 @@ def field_changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str
     return tuple(_changes(before, now, region, observed))
 
 
-def _changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str, observed: Iterable[Any]) -> Iterator[str]:
+def _changes(
+    before: Mapping[str, Any], now: Mapping[str, Any], region: str, observed: Iterable[Any]
+) -> Iterator[str]:
     if any(before[side] != now[side] for side in ("length_mm", "width_mm")):
         yield SIZE
     then, today = before["regions"].get(region), now["regions"].get(region)
-    if today is None or (then is not None and any(then[axis] != today[axis] for axis in ("x", "y"))):
+    if today is None or (
+        then is not None and any(then[axis] != today[axis] for axis in ("x", "y"))
+    ):
         yield region
     here = _places(now)
     for name, place in _places(before).items():
         if here.get(name) != place:
             yield name
     landmarks = before["landmarks"]
-    for name in dict.fromkeys(name for name in observed if isinstance(name, str) and name in landmarks):
+    for name in dict.fromkeys(
+        name for name in observed if isinstance(name, str) and name in landmarks
+    ):
         if now["landmarks"].get(name) != landmarks[name]:
             yield name
 
 
 def _places(field: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
     """Return where each line and arc lies; a line is the same from either end."""
-    lines = {line["name"]: tuple(sorted((tuple(line["from"]), tuple(line["to"])))) for line in field["lines"]}
-    arcs = {arc["name"]: (*arc["centre"], arc["radius_mm"], arc["start_deg"], arc["end_deg"]) for arc in field["arcs"]}
+    lines = {
+        line["name"]: tuple(sorted((tuple(line["from"]), tuple(line["to"]))))
+        for line in field["lines"]
+    }
+    arcs = {
+        arc["name"]: (*arc["centre"], arc["radius_mm"], arc["start_deg"], arc["end_deg"])
+        for arc in field["arcs"]
+    }
     return lines | arcs
 
 
 def changes_in_words(changes: Sequence[str]) -> Sentence:
     """Return "its size", "centre circle and left half", or the first three and how many more."""
-    names = [SIZE if name == SIZE else area_name(name) if name in AREAS else marking_name(name) for name in changes]
+    names = [
+        SIZE if name == SIZE else area_name(name) if name in AREAS else marking_name(name)
+        for name in changes
+    ]
     if len(names) > NAMED:
-        return say("field-change.more", "{names} and {more} more", names=names[:NAMED], more=len(names) - NAMED)
+        return say(
+            "field-change.more",
+            "{names} and {more} more",
+            names=names[:NAMED],
+            more=len(names) - NAMED,
+        )
     if len(names) > 1:
         return say("field-change.several", "{names} and {last}", names=names[:-1], last=names[-1])
     return names[0]
@@ -94,9 +117,23 @@ Named = TypeVar("Named", Line, Arc, Landmark, Region)
 
 def field_from_json(value: Any) -> Field:
     """The field that plain data describes; BadInput says which entry is wrong and what it should be."""
-    keys(value, "", ("name", "length_mm", "width_mm", "regions"),
-         ("title", "line_width_mm", "lines", "arcs", "landmarks", "hat_height_mm",
-          "line_sigma_mm", "extras", "own", STATEMENTS))  # the last two: as GET /fields tells it
+    keys(
+        value,
+        "",
+        ("name", "length_mm", "width_mm", "regions"),
+        (
+            "title",
+            "line_width_mm",
+            "lines",
+            "arcs",
+            "landmarks",
+            "hat_height_mm",
+            "line_sigma_mm",
+            "extras",
+            "own",
+            STATEMENTS,
+        ),
+    )  # the last two: as GET /fields tells it
     name = safe_name(value["name"], "name")
     length = number(value["length_mm"], "length_mm", MIN_SIDE_MM, MAX_SIDE_MM)
     width = number(value["width_mm"], "width_mm", MIN_SIDE_MM, MAX_SIDE_MM)
@@ -105,21 +142,38 @@ def field_from_json(value: Any) -> Field:
     far = (length, width)
     lines = members(value.get("lines", []), "lines", lambda v, at: _line(v, at, far, thick))
     arcs = members(value.get("arcs", []), "arcs", lambda v, at: _arc(v, at, far, thick))
-    landmarks = table(value.get("landmarks", {}), "landmarks", lambda key, v, at: Landmark(key, point(v, at, far)))
-    regions = table(value["regions"], "regions", lambda key, v, at: _region(key, v, at, length, width))
+    landmarks = table(
+        value.get("landmarks", {}), "landmarks", lambda key, v, at: Landmark(key, point(v, at, far))
+    )
+    regions = table(
+        value["regions"], "regions", lambda key, v, at: _region(key, v, at, length, width)
+    )
     if not regions:
         raise refuse("regions is empty.", 'Give at least the region "full".', "regions")
     _every_name_once(lines, arcs, landmarks)
-    return Field(name, text(value.get("title", name), "title", 120), length, width, lines, arcs, landmarks, regions,
-                 _extras(value.get("extras", {}), landmarks),
-                 number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, MAX_HAT_MM),
-                 number(value.get("line_sigma_mm", LINE_SIGMA_MM), "line_sigma_mm", 0, MAX_LINE_SIGMA_MM))
+    return Field(
+        name,
+        text(value.get("title", name), "title", 120),
+        length,
+        width,
+        lines,
+        arcs,
+        landmarks,
+        regions,
+        _extras(value.get("extras", {}), landmarks),
+        number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, MAX_HAT_MM),
+        number(value.get("line_sigma_mm", LINE_SIGMA_MM), "line_sigma_mm", 0, MAX_LINE_SIGMA_MM),
+    )
 
 
 def _line(value: Any, at: str, far: Point, thick: float) -> Line:
     keys(value, at, ("name", "from", "to"), ("width_mm",))
-    line = Line(safe_name(value["name"], f"{at}.name"), point(value["from"], f"{at}.from", far),
-                point(value["to"], f"{at}.to", far), number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
+    line = Line(
+        safe_name(value["name"], f"{at}.name"),
+        point(value["from"], f"{at}.from", far),
+        point(value["to"], f"{at}.to", far),
+        number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500),
+    )
     if line.length_mm < 1:
         raise refuse(f"{at} ({line.name}) has no length.", "Give it two different ends.", at)
     return line
@@ -127,14 +181,20 @@ def _line(value: Any, at: str, far: Point, thick: float) -> Line:
 
 def _arc(value: Any, at: str, far: Point, thick: float) -> Arc:
     keys(value, at, ("name", "centre", "radius_mm"), ("start_deg", "end_deg", "width_mm"))
-    arc = Arc(safe_name(value["name"], f"{at}.name"), point(value["centre"], f"{at}.centre", far),
-              number(value["radius_mm"], f"{at}.radius_mm", 1, max(far)),
-              number(value.get("start_deg", 0.0), f"{at}.start_deg", -720, 720),
-              number(value.get("end_deg", 360.0), f"{at}.end_deg", -720, 720),
-              number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
+    arc = Arc(
+        safe_name(value["name"], f"{at}.name"),
+        point(value["centre"], f"{at}.centre", far),
+        number(value["radius_mm"], f"{at}.radius_mm", 1, max(far)),
+        number(value.get("start_deg", 0.0), f"{at}.start_deg", -720, 720),
+        number(value.get("end_deg", 360.0), f"{at}.end_deg", -720, 720),
+        number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500),
+    )
     if not 0 < arc.end_deg - arc.start_deg <= 360:
-        raise refuse(f"{at} ({arc.name}) runs from {arc.start_deg:g}° to {arc.end_deg:g}°.",
-                     "Give end_deg above start_deg, by at most 360.", f"{at}.end_deg")
+        raise refuse(
+            f"{at} ({arc.name}) runs from {arc.start_deg:g}° to {arc.end_deg:g}°.",
+            "Give end_deg above start_deg, by at most 360.",
+            f"{at}.end_deg",
+        )
     return arc
 
 
@@ -142,35 +202,51 @@ def _region(name: str, value: Any, at: str, length: float, width: float) -> Regi
     """From x and y, from the four borders, or from both if they agree."""
     keys(value, at, (), ("name", "x", "y", "rotate", "width_mm", "height_mm", *BORDERS))
     if value.get("name", name) != name:
-        raise refuse(f"{at} has another name inside: {value['name']!r}.", "Give it one name.", f"{at}.name")
+        raise refuse(
+            f"{at} has another name inside: {value['name']!r}.", "Give it one name.", f"{at}.name"
+        )
     by_lines = all(border in value for border in BORDERS)
     if "x" in value and "y" in value:
         rotate = value.get("rotate", 0)
         if isinstance(rotate, bool) or rotate not in QUARTER_TURNS:
             raise refuse(f"{at}.rotate is {rotate!r}.", "Use 0, 90, 180 or 270.", f"{at}.rotate")
-        x_mm, y_mm = (_span(value["x"], f"{at}.x", length / 2), _span(value["y"], f"{at}.y", width / 2))
+        x_mm, y_mm = (
+            _span(value["x"], f"{at}.x", length / 2),
+            _span(value["y"], f"{at}.y", width / 2),
+        )
         region = Region(name, x_mm, y_mm, int(rotate))
         if by_lines and _border_gap(region, value, at, (length, width)) > SAME_MM:
-            raise refuse(f"The four borders of {at} disagree with its x, y and rotate.", "Send only one of them.",
-                         at)
+            raise refuse(
+                f"The four borders of {at} disagree with its x, y and rotate.",
+                "Send only one of them.",
+                at,
+            )
         return region
     if by_lines:
         return _region_from_borders(name, value, at, length, width)
-    raise refuse(f"{at} has neither x and y nor all four borders.",
-                 'Send {"x": [from, to], "y": [from, to]} in mm, or the lines left, right, top and bottom.', at)
+    raise refuse(
+        f"{at} has neither x and y nor all four borders.",
+        'Send {"x": [from, to], "y": [from, to]} in mm, or the lines left, right, top and bottom.',
+        at,
+    )
 
 
 def _region_from_borders(name: str, value: Any, at: str, length: float, width: float) -> Region:
     """The rectangle and the quarter turn at which each border stands where its name says."""
-    ends = np.array([_ends(value[border], f"{at}.{border}", (length, width)) for border in BORDERS]).reshape(-1, 2)
+    ends = np.array(
+        [_ends(value[border], f"{at}.{border}", (length, width)) for border in BORDERS]
+    ).reshape(-1, 2)
     (x0, y0), (x1, y1) = ends.min(axis=0), ends.max(axis=0)
     x_mm = _span([float(x0), float(x1)], f"{at} in x", length / 2)
     y_mm = _span([float(y0), float(y1)], f"{at} in y", width / 2)
     turned = [Region(name, x_mm, y_mm, turn) for turn in QUARTER_TURNS]
     best = min(turned, key=lambda region: _border_gap(region, value, at, (length, width)))
     if _border_gap(best, value, at, (length, width)) > SAME_MM:
-        raise refuse(f"The four borders of {at} do not form an upright rectangle.",
-                     "Left, top, right and bottom must meet at the corners, along x and y of the field.", at)
+        raise refuse(
+            f"The four borders of {at} do not form an upright rectangle.",
+            "Left, top, right and bottom must meet at the corners, along x and y of the field.",
+            at,
+        )
     return best
 
 
@@ -178,7 +254,10 @@ def _border_gap(region: Region, value: Mapping[str, Any], at: str, far: Point) -
     """Largest distance in mm from a border's ends to those given, in whichever order they are given."""
     gaps = []
     for line in map(region.border, BORDERS):
-        given, ours = np.array(_ends(value[line.name], f"{at}.{line.name}", far)), np.array([line.start, line.end])
+        given, ours = (
+            np.array(_ends(value[line.name], f"{at}.{line.name}", far)),
+            np.array([line.start, line.end]),
+        )
         gaps.append(min(np.abs(given - ours).max(), np.abs(given[::-1] - ours).max()))
     return float(max(gaps))
 
@@ -194,23 +273,31 @@ def _span(value: Any, at: str, half: float) -> tuple[float, float]:
     far = half * (1 + BESIDE)
     low, high = (number(v, at, -far, far) for v in value)
     if high - low < 10:
-        raise refuse(f"{at} runs from {low:g} to {high:g} mm.",
-                     "Send the smaller number first. Both must be at least 10 mm apart.",
-                     at)
+        raise refuse(
+            f"{at} runs from {low:g} to {high:g} mm.",
+            "Send the smaller number first. Both must be at least 10 mm apart.",
+            at,
+        )
     return low, high
 
 
 def _extras(value: Any, landmarks: Mapping[str, Landmark]) -> dict[str, Any]:
     """What is drawn and published but not fitted. Every key is known, so that nothing is carried unread."""
-    sizes = {"boundary": ("touch_mm", "goal_mm"), "goal": ("width_mm", "depth_mm", "height_mm"),
-             "ball": ("radius_mm",), "robot": ("radius_mm", "height_mm")}
+    sizes = {
+        "boundary": ("touch_mm", "goal_mm"),
+        "goal": ("width_mm", "depth_mm", "height_mm"),
+        "ball": ("radius_mm",),
+        "robot": ("radius_mm", "height_mm"),
+    }
     keys(value, "extras", (), (*sizes, "corner_cut_mm", "carpet", "marks", "note"))
     extras: dict[str, Any] = {}
     for key, given in value.items():
         at = f"extras.{key}"
         if key in sizes:
             keys(given, at, sizes[key], ())
-            extras[key] = {size: number(given[size], f"{at}.{size}", 0, MAX_SIDE_MM) for size in sizes[key]}
+            extras[key] = {
+                size: number(given[size], f"{at}.{size}", 0, MAX_SIDE_MM) for size in sizes[key]
+            }
         elif key == "corner_cut_mm":
             extras[key] = number(given, at, 0, MAX_SIDE_MM)
         elif key == "carpet":
@@ -218,15 +305,20 @@ def _extras(value: Any, landmarks: Mapping[str, Landmark]) -> dict[str, Any]:
         elif key == "note":
             extras[key] = text(given, at, 500)
         else:
-            extras[key] = [_mark(item, f"{at}[{i}]", landmarks) for i, item in enumerate(limited(given, at, list))]
+            extras[key] = [
+                _mark(item, f"{at}[{i}]", landmarks)
+                for i, item in enumerate(limited(given, at, list))
+            ]
     return extras
 
 
 def _mark(value: Any, at: str, landmarks: Mapping[str, Landmark]) -> dict[str, Any]:
     keys(value, at, ("at", "shape", "size_mm"), ())
-    return {"at": choice(value["at"], f"{at}.at", tuple(landmarks)),
-            "shape": choice(value["shape"], f"{at}.shape", ("dot", "cross")),
-            "size_mm": number(value["size_mm"], f"{at}.size_mm", 1, 1000)}
+    return {
+        "at": choice(value["at"], f"{at}.at", tuple(landmarks)),
+        "shape": choice(value["shape"], f"{at}.shape", ("dot", "cross")),
+        "size_mm": number(value["size_mm"], f"{at}.size_mm", 1, 1000),
+    }
 
 
 def _every_name_once(lines: Iterable[str], arcs: Iterable[str], landmarks: Iterable[str]) -> None:
@@ -235,8 +327,11 @@ def _every_name_once(lines: Iterable[str], arcs: Iterable[str], landmarks: Itera
     entries += [(name, f"arcs[{i}].name") for i, name in enumerate(arcs)]
     for name, entry in (*entries, *((name, f"landmarks.{name}") for name in landmarks)):
         if name in taken:
-            raise refuse(f"The name {name!r} is used twice, or is the name of a border.",
-                         "Give every line, arc and landmark a unique name.", entry)
+            raise refuse(
+                f"The name {name!r} is used twice, or is the name of a border.",
+                "Give every line, arc and landmark a unique name.",
+                entry,
+            )
         taken.add(name)
 
 
@@ -248,16 +343,23 @@ def refuse(what: str, fix: str, entry: str = "") -> BadInput:
 def keys(value: Any, at: str, required: tuple[str, ...], optional: tuple[str, ...]) -> None:
     """Check that value is a mapping with these keys and no others."""
     if not isinstance(value, Mapping):
-        raise refuse(f"{at or 'The field'} is not an object.",
-                     f"Send an object with {', '.join(required or optional)}.",
-                     at)
+        raise refuse(
+            f"{at or 'The field'} is not an object.",
+            f"Send an object with {', '.join(required or optional)}.",
+            at,
+        )
     for key in required:
         if key not in value:
-            raise refuse(f"{at or 'The field'} has no {key}.", f"Add {key}.", f"{at}.{key}".lstrip("."))
+            raise refuse(
+                f"{at or 'The field'} has no {key}.", f"Add {key}.", f"{at}.{key}".lstrip(".")
+            )
     for key in value:
         if key not in required and key not in optional:
-            raise refuse(f"{at or 'The field'} has an unknown entry {str(key)[:MAX_NAME]!r}.",
-                         f"Use only: {', '.join((*required, *optional))}.", at)
+            raise refuse(
+                f"{at or 'The field'} has an unknown entry {str(key)[:MAX_NAME]!r}.",
+                f"Use only: {', '.join((*required, *optional))}.",
+                at,
+            )
 
 
 def number(value: Any, at: str, low: float, high: float) -> float:
@@ -269,22 +371,28 @@ def number(value: Any, at: str, low: float, high: float) -> float:
 
 def point(value: Any, at: str, far: Point) -> Point:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise refuse(f"{at} is not a pair of numbers.", "Send [x, y] in mm from the field's centre.", at)
+        raise refuse(
+            f"{at} is not a pair of numbers.", "Send [x, y] in mm from the field's centre.", at
+        )
     return number(value[0], at, -far[0], far[0]), number(value[1], at, -far[1], far[1])
 
 
 def safe_name(value: Any, at: str) -> str:
     if not isinstance(value, str) or len(value) > MAX_NAME or not NAME.fullmatch(value):
-        raise refuse(f"{at} is not a valid name.",
-                     f"Use lower-case letters, digits and single hyphens, at most {MAX_NAME} characters, such as "
-                     "my-field-2.",
-                     at)
+        raise refuse(
+            f"{at} is not a valid name.",
+            f"Use lower-case letters, digits and single hyphens, at most {MAX_NAME} characters, such as "
+            "my-field-2.",
+            at,
+        )
     return value
 
 
 def text(value: Any, at: str, longest: int) -> str:
     if not isinstance(value, str) or len(value) > longest or not value.isprintable():
-        raise refuse(f"{at} is not plain text.", f"Send one line of at most {longest} characters.", at)
+        raise refuse(
+            f"{at} is not plain text.", f"Send one line of at most {longest} characters.", at
+        )
     return value
 
 
@@ -296,8 +404,11 @@ def choice(value: Any, at: str, allowed: tuple[str, ...]) -> str:
 
 def limited(value: Any, at: str, kind: type[list[Any] | dict[Any, Any]]) -> Any:
     if not isinstance(value, kind) or len(value) > MAX_MEMBERS:
-        raise refuse(f"{at} is no {'list' if kind is list else 'mapping'} of at most {MAX_MEMBERS}.",
-                     f"Send {'[…]' if kind is list else '{name: …}'}, or leave it out.", at)
+        raise refuse(
+            f"{at} is no {'list' if kind is list else 'mapping'} of at most {MAX_MEMBERS}.",
+            f"Send {'[…]' if kind is list else '{name: …}'}, or leave it out.",
+            at,
+        )
     return value
 
 
@@ -307,10 +418,17 @@ def members(value: Any, at: str, read: Callable[[Any, str], Named]) -> dict[str,
     names: dict[str, Named] = {}
     for i, item in enumerate(found):
         if item.name in names:
-            raise refuse(f"Two {at} have the name {item.name}.", "Give each a unique name.", f"{at}[{i}].name")
+            raise refuse(
+                f"Two {at} have the name {item.name}.",
+                "Give each a unique name.",
+                f"{at}[{i}].name",
+            )
         names[item.name] = item
     return names
 
 
 def table(value: Any, at: str, read: Callable[[str, Any, str], T]) -> dict[str, T]:
-    return {safe_name(key, at): read(key, item, f"{at}.{key}") for key, item in limited(value, at, dict).items()}
+    return {
+        safe_name(key, at): read(key, item, f"{at}.{key}")
+        for key, item in limited(value, at, dict).items()
+    }

@@ -60,14 +60,23 @@ class ImageSize:
         try:
             width, height = (int(v) for v in value)
         except (TypeError, ValueError, OverflowError):
-            raise BadInput(f"{value!r} is not an image size.", "Give it as [width, height] in pixels.",
-                           reason="bad-image-size") from None
+            raise BadInput(
+                f"{value!r} is not an image size.",
+                "Give it as [width, height] in pixels.",
+                reason="bad-image-size",
+            ) from None
         if not all(MIN_SIDE_PX <= side <= MAX_SIDE_PX for side in (width, height)):
-            raise BadInput(f"An image of {width} × {height} px cannot be calibrated.", "Give a width and a height "
-                           f"between {MIN_SIDE_PX} and {MAX_SIDE_PX} pixels.", reason="bad-image-size")
+            raise BadInput(
+                f"An image of {width} × {height} px cannot be calibrated.",
+                f"Give a width and a height between {MIN_SIDE_PX} and {MAX_SIDE_PX} pixels.",
+                reason="bad-image-size",
+            )
         if width * height > MAX_PICTURE_PX:
-            raise BadInput(f"An image of {width} × {height} px cannot be calibrated.", f"Give a size of at most "
-                           f"{MAX_PICTURE_PX // 10**6} million pixels.", reason="bad-image-size")
+            raise BadInput(
+                f"An image of {width} × {height} px cannot be calibrated.",
+                f"Give a size of at most {MAX_PICTURE_PX // 10**6} million pixels.",
+                reason="bad-image-size",
+            )
         return cls(width, height)
 
     @property
@@ -83,18 +92,25 @@ def as_points(value: Any, what: str = "The points") -> Points:
     try:
         points = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise BadInput(f"{what} are not pairs of numbers.", "Send them as [[x, y], …].", reason="bad-points") from None
+        raise BadInput(
+            f"{what} are not pairs of numbers.", "Send them as [[x, y], …].", reason="bad-points"
+        ) from None
     if points.size == 0:
         return points.reshape(0, 2)
     if points.ndim < 1 or points.shape[-1] != 2:
-        raise BadInput(f"{what} are not pairs of numbers.", "Send them as [[x, y], …].", reason="bad-points")
+        raise BadInput(
+            f"{what} are not pairs of numbers.", "Send them as [[x, y], …].", reason="bad-points"
+        )
     flat = points.reshape(-1, 2)
     # catches NaN and inf as well
     bad = np.flatnonzero(~(np.abs(flat) <= MAX_COORDINATE).all(axis=1))
     if bad.size:
         raise BadInput(
             f"{what} contain a number that is not finite or beyond {MAX_COORDINATE:g} (point {bad[0] + 1}).",
-            "Remove or correct that point.", reason="non-finite-points", index=int(bad[0]))
+            "Remove or correct that point.",
+            reason="non-finite-points",
+            index=int(bad[0]),
+        )
     return points
 
 
@@ -103,11 +119,17 @@ def as_matches(a: Points, b: Points) -> tuple[Points, Points]:
     a = as_points(a, "The points of the first view").reshape(-1, 2)
     b = as_points(b, "The points of the second view").reshape(-1, 2)
     if len(a) != len(b):
-        raise BadInput(f"The first view has {len(a)} points and the second {len(b)}.",
-                       "Send matches: as many points in both, in the same order.", reason="bad-matches")
+        raise BadInput(
+            f"The first view has {len(a)} points and the second {len(b)}.",
+            "Send matches: as many points in both, in the same order.",
+            reason="bad-matches",
+        )
     if len(a) > MAX_MATCHES:
-        raise BadInput(f"{len(a)} matches were sent; at most {MAX_MATCHES} are possible.", "Send fewer matches.",
-                       reason="too-many-points")
+        raise BadInput(
+            f"{len(a)} matches were sent; at most {MAX_MATCHES} are possible.",
+            "Send fewer matches.",
+            reason="too-many-points",
+        )
     return a, b
 
 
@@ -123,7 +145,9 @@ def as_triple(value: Iterable[Any]) -> tuple[float, float, float]:
     return float(a), float(b), float(c)
 
 
-def inside_picture(raw: Points | NDArray[np.float32], size: ImageSize, margin_px: float | Array = -0.5) -> Mask:
+def inside_picture(
+    raw: Points | NDArray[np.float32], size: ImageSize, margin_px: float | Array = -0.5
+) -> Mask:
     """(...,) whether raw px (..., 2) lie in a picture, at least margin_px from its outermost pixels' centres."""
     with np.errstate(invalid="ignore"):
         return np.all((raw >= margin_px) & (raw <= np.array(tuple(size)) - 1 - margin_px), axis=-1)
@@ -148,7 +172,9 @@ def normal_cdf(z: Array) -> Array:
     """Return Φ, to 1e-7 (Abramowitz and Stegun 7.1.26; numpy has no erf)."""
     a = np.abs(z) * sqrt(0.5)  # a plain float: 32 bits stay 32 bits
     t = 1 / (1 + 0.3275911 * a)
-    tail = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))))
+    tail = t * (
+        0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429)))
+    )
     half = 0.5 * tail * np.exp(-a * a)
     return np.where(z < 0, half, 1 - half)
 

@@ -22,8 +22,10 @@ from touchline.core.statements import STATEMENTS, join, say, sentence_in, stated
 
 Progress = Callable[[float, str], None]
 
-BY_STATUS = {kind.status: kind for kind in (
-    BadInput, ImageTooLarge, NotFound, Conflict, Stale, Busy, Unavailable, DiskFull)}
+BY_STATUS = {
+    kind.status: kind
+    for kind in (BadInput, ImageTooLarge, NotFound, Conflict, Stale, Busy, Unavailable, DiskFull)
+}
 PROBLEM_MEMBERS = ("reason", "title", "status", "detail", "fix", STATEMENTS)
 WAITING = say("job.waiting", "Waiting for its turn")
 # names in stored rows
@@ -74,8 +76,12 @@ class JobSpec:
     def from_json(cls, value: Any) -> Self | None:
         """Return what was stored; None where it is damaged, or another version's."""
         names = {stored: name for name, stored in STORED.items()}
-        if not (isinstance(value, dict) and value.keys() <= names.keys() and isinstance(value.get("run"), str)
-                and "spec" in value):
+        if not (
+            isinstance(value, dict)
+            and value.keys() <= names.keys()
+            and isinstance(value.get("run"), str)
+            and "spec" in value
+        ):
             return None
         return cls(**{names[stored]: one for stored, one in value.items()})
 
@@ -107,12 +113,25 @@ class Job:
 
 def problem_of(error: TouchlineError) -> dict[str, Any]:
     """Return an error as plain JSON, from which the API makes its answer."""
-    return stated({"reason": error.reason, "title": error.title, "status": error.status, "detail": error.what,
-                   "fix": error.fix, **error.details})
+    return stated(
+        {
+            "reason": error.reason,
+            "title": error.title,
+            "status": error.status,
+            "detail": error.what,
+            "fix": error.fix,
+            **error.details,
+        }
+    )
 
 
 def error_of(problem: Mapping[str, Any]) -> TouchlineError:
     """Return the error that a problem, as problem_of writes it, was made from."""
     kind = BY_STATUS.get(problem.get("status", 0), Unavailable)
     details = {name: value for name, value in problem.items() if name not in PROBLEM_MEMBERS}
-    return kind(sentence_in(problem, "detail"), sentence_in(problem, "fix"), reason=problem["reason"], **details)
+    return kind(
+        sentence_in(problem, "detail"),
+        sentence_in(problem, "fix"),
+        reason=problem["reason"],
+        **details,
+    )

@@ -36,14 +36,27 @@ JsonObject = dict[str, Any]
 T = TypeVar("T")
 # What pydantic finds, in words; {…} is the limit that it states.
 FAULTS = {
-    "missing": "is missing", "extra_forbidden": "is unknown", "unexpected_keyword_argument": "is unknown",
-    "float_type": "is not a number", "finite_number": "is not a number", "int_type": "is not a whole number",
-    "string_type": "is not a text", "bool_type": "is neither true nor false", "literal_error": "is not {expected}",
-    "list_type": "is not a list", "tuple_type": "is not a list", "dict_type": "is not an object",
-    "dataclass_type": "is not an object", "model_type": "is not an object",
-    "greater_than_equal": "is less than {ge:g}", "less_than_equal": "is more than {le:g}",
-    "too_short": "has fewer than {min_length} entries", "too_long": "has more than {max_length} entries",
-    "string_too_short": "is too short", "string_too_long": "has more than {max_length} characters"}
+    "missing": "is missing",
+    "extra_forbidden": "is unknown",
+    "unexpected_keyword_argument": "is unknown",
+    "float_type": "is not a number",
+    "finite_number": "is not a number",
+    "int_type": "is not a whole number",
+    "string_type": "is not a text",
+    "bool_type": "is neither true nor false",
+    "literal_error": "is not {expected}",
+    "list_type": "is not a list",
+    "tuple_type": "is not a list",
+    "dict_type": "is not an object",
+    "dataclass_type": "is not an object",
+    "model_type": "is not an object",
+    "greater_than_equal": "is less than {ge:g}",
+    "less_than_equal": "is more than {le:g}",
+    "too_short": "has fewer than {min_length} entries",
+    "too_long": "has more than {max_length} entries",
+    "string_too_short": "is too short",
+    "string_too_long": "has more than {max_length} characters",
+}
 MAX_PLACE = 100  # characters
 
 MAX_TEXT = 400  # characters of a sentence; ours have 200
@@ -84,7 +97,9 @@ def nullable_points(points: Any) -> list[list[float] | None]:
     """Points (n, 2) as a list of pairs; None for each that is out of reach."""
     pairs = np.asarray(points, np.float64).reshape(-1, 2)
     reachable = np.all(np.isfinite(pairs), axis=1)
-    return [pair if ok else None for pair, ok in zip(pairs.tolist(), reachable.tolist(), strict=True)]
+    return [
+        pair if ok else None for pair, ok in zip(pairs.tolist(), reachable.tolist(), strict=True)
+    ]
 
 
 _adapters: "dict[type, TypeAdapter[Any]]" = {}  # made once: it takes a millisecond
@@ -97,7 +112,9 @@ class Whole:
         from pydantic_core import core_schema
 
         return core_schema.no_info_before_validator_function(
-            lambda value: int(value) if isinstance(value, float) and value.is_integer() else value, handler(source))
+            lambda value: int(value) if isinstance(value, float) and value.is_integer() else value,
+            handler(source),
+        )
 
 
 def read(kind: type[T], value: Any, what: str, fix: str, reason: str) -> T:
@@ -108,7 +125,9 @@ def read(kind: type[T], value: Any, what: str, fix: str, reason: str) -> T:
     if kind not in _adapters:
         # a list hands its configuration on to all that is within
         one: Any = GenericAlias(list, (kind,))
-        _adapters[kind] = TypeAdapter(one, config=ConfigDict(strict=True, extra="forbid", allow_inf_nan=False))
+        _adapters[kind] = TypeAdapter(
+            one, config=ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+        )
     # as JSON, whose lists and objects are tuples and dataclasses as well; NaN becomes a text, so no
     # number
     try:
@@ -116,9 +135,13 @@ def read(kind: type[T], value: Any, what: str, fix: str, reason: str) -> T:
         return found
     except ValidationError as refused:
         error = refused.errors(include_url=False, include_input=False)[0]
-        place = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"][1:])[1:MAX_PLACE]
+        place = "".join(
+            f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"][1:]
+        )[1:MAX_PLACE]
         fault = FAULTS.get(error["type"], "is not valid").format(**error.get("ctx", {}))
-        raise BadInput(f"{what}: {place} {fault}." if place else f"{what} {fault}.", fix, reason=reason) from None
+        raise BadInput(
+            f"{what}: {place} {fault}." if place else f"{what} {fault}.", fix, reason=reason
+        ) from None
     except ValueError:  # half a character, or a nesting without an end
         raise BadInput(f"{what} has an entry that JSON cannot hold.", fix, reason=reason) from None
 
@@ -127,7 +150,7 @@ def text(value: Any, longest: int = MAX_TEXT) -> str | None:
     """A text, cut with an ellipsis where it is longer."""
     if not isinstance(value, str):
         return None
-    return value if len(value) <= longest else value[:longest - 1] + "…"
+    return value if len(value) <= longest else value[: longest - 1] + "…"
 
 
 def _number(value: Any) -> Any:
@@ -160,16 +183,24 @@ def _offsets(value: Any) -> Any:
     """How far lines lie beside their places, mm by name."""
     if not isinstance(value, Mapping):
         return None
-    return {name: mm for name, mm in value.items()
-            if isinstance(name, str) and number(mm) is not None and abs(mm) <= MAX_OFFSET_MM}
+    return {
+        name: mm
+        for name, mm in value.items()
+        if isinstance(name, str) and number(mm) is not None and abs(mm) <= MAX_OFFSET_MM
+    }
 
 
 def _centres(value: Any) -> Any:
     """How far arcs' centres lie beside their places, mm along x and y by name."""
     if not isinstance(value, Mapping):
         return None
-    return {name: pair for name, mm in value.items() if isinstance(name, str)
-            and (pair := _pair(mm)) is not None and max(map(abs, pair)) <= MAX_OFFSET_MM}
+    return {
+        name: pair
+        for name, mm in value.items()
+        if isinstance(name, str)
+        and (pair := _pair(mm)) is not None
+        and max(map(abs, pair)) <= MAX_OFFSET_MM
+    }
 
 
 _BORDER = {"before_pct": _number, "after_pct": _number}
@@ -177,19 +208,55 @@ _SIGMA = {"rms": _number, "median": _number}
 _RESIDUAL = {"point": _pair, "px": _number, "mm": _number}
 _FORM: dict[str, Any] = {
     "verdict": {"level": _string, "mm": _number, "sentence": _string, STATEMENTS: read_statements},
-    **dict.fromkeys(("rms_px", "max_px", "rms_mm", "max_mm", "mm_per_px", "cv_rms_mm", "check_rms_mm"), _number),
-    "inliers": _whole, "outliers": _whole, "sigma_mm": {**_SIGMA, "hat": {**_SIGMA, "known": _flag}},
-    "distortion": {"kind": _string, "standard_lens_pct": _number, **_BORDER,
-                   "per_border": dict.fromkeys(("left", "right", "top", "bottom"), _BORDER)},
-    "per_feature": [{"feature": _feature, "kind": _string, "n": _whole, "rms_px": _number, "rms_mm": _number,
-                     "max_mm": _number, "residuals": [_RESIDUAL]}],
-    "height": {**dict.fromkeys(("entered_mm", "entered_sigma_mm", "points_mm", "points_sigma_mm", "sigmas"), _number),
-               "state": _string},
-    "line_offsets_mm": _offsets, "line_offset_sigmas_mm": _offsets, "arc_offsets_mm": _centres,
-    "next_click": {"feature": _feature, "point": _pair, "worst_mm": _number, "worst_mm_then": _number,
-                   "z_mm": _number},
-    "warnings": [{"reason": _string, "text": _string, "fix": _string, "feature": _feature, "index": _whole,
-                  STATEMENTS: read_statements}],
+    **dict.fromkeys(
+        ("rms_px", "max_px", "rms_mm", "max_mm", "mm_per_px", "cv_rms_mm", "check_rms_mm"), _number
+    ),
+    "inliers": _whole,
+    "outliers": _whole,
+    "sigma_mm": {**_SIGMA, "hat": {**_SIGMA, "known": _flag}},
+    "distortion": {
+        "kind": _string,
+        "standard_lens_pct": _number,
+        **_BORDER,
+        "per_border": dict.fromkeys(("left", "right", "top", "bottom"), _BORDER),
+    },
+    "per_feature": [
+        {
+            "feature": _feature,
+            "kind": _string,
+            "n": _whole,
+            "rms_px": _number,
+            "rms_mm": _number,
+            "max_mm": _number,
+            "residuals": [_RESIDUAL],
+        }
+    ],
+    "height": {
+        **dict.fromkeys(
+            ("entered_mm", "entered_sigma_mm", "points_mm", "points_sigma_mm", "sigmas"), _number
+        ),
+        "state": _string,
+    },
+    "line_offsets_mm": _offsets,
+    "line_offset_sigmas_mm": _offsets,
+    "arc_offsets_mm": _centres,
+    "next_click": {
+        "feature": _feature,
+        "point": _pair,
+        "worst_mm": _number,
+        "worst_mm_then": _number,
+        "z_mm": _number,
+    },
+    "warnings": [
+        {
+            "reason": _string,
+            "text": _string,
+            "fix": _string,
+            "feature": _feature,
+            "index": _whole,
+            STATEMENTS: read_statements,
+        }
+    ],
 }
 
 
@@ -201,13 +268,19 @@ def read_report(value: Any) -> dict[str, Any]:
 def completed_report(report: Mapping[str, Any]) -> dict[str, Any]:
     """Return a read report of another server with what is shown of every version, empty where it was lacking."""
     verdict = {"level": "unknown", "mm": None, "sentence": IMPORTED}
-    shown = {key: _complete(report.get(key), _FORM[key]) for key in ("distortion", "per_feature", "warnings")}
+    shown = {
+        key: _complete(report.get(key), _FORM[key])
+        for key in ("distortion", "per_feature", "warnings")
+    }
     return {**report, **shown, "verdict": {**verdict, **(report.get("verdict") or {})}}
 
 
 def _complete(value: Any, form: Any) -> Any:
     if isinstance(form, dict):
-        return {**(value or {}), **{key: _complete((value or {}).get(key), part) for key, part in form.items()}}
+        return {
+            **(value or {}),
+            **{key: _complete((value or {}).get(key), part) for key, part in form.items()},
+        }
     return [_complete(row, form[0]) for row in value or ()] if isinstance(form, list) else value
 
 
@@ -215,8 +288,14 @@ def _read(value: Any, form: Any) -> Any:
     if isinstance(form, dict):
         if not isinstance(value, Mapping):
             return None
-        return {**value, **{key: _read(value[key], part) for key, part in form.items() if key in value}}
+        return {
+            **value,
+            **{key: _read(value[key], part) for key, part in form.items() if key in value},
+        }
     if isinstance(form, list):
-        return [_read(row, form[0]) for row in value if isinstance(row, Mapping)] \
-            if isinstance(value, (list, tuple)) else []
+        return (
+            [_read(row, form[0]) for row in value if isinstance(row, Mapping)]
+            if isinstance(value, (list, tuple))
+            else []
+        )
     return form(value)

@@ -26,20 +26,31 @@ def refine_corners(gray: NDArray[np.uint8], corners: Points, half_window: int) -
     return points_from_cv(cv2.cornerSubPix(gray, fine, (half_window, half_window), (-1, -1), stop))
 
 
-def find_chessboard(gray: NDArray[np.uint8], columns: int, rows: int, *, thorough: bool) -> Points | None:
+def find_chessboard(
+    gray: NDArray[np.uint8], columns: int, rows: int, *, thorough: bool
+) -> Points | None:
     """All columns × rows inner corners, row by row, or None. thorough: the sector-based finder, slower, finds more."""
     if thorough:
         flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
         found, corners = cv2.findChessboardCornersSB(gray, (columns, rows), flags=flags)
     else:
-        flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+        flags = (
+            cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+        )
         found, corners = cv2.findChessboardCorners(gray, (columns, rows), flags=flags)
     corners = points_from_cv(corners)
     return corners if found and len(corners) == columns * rows else None
 
 
-def find_charuco(gray: NDArray[np.uint8], columns: int, rows: int, square: float, marker: float, dictionary: str,
-                 legacy: bool) -> tuple[Points, NDArray[np.int64]]:
+def find_charuco(
+    gray: NDArray[np.uint8],
+    columns: int,
+    rows: int,
+    square: float,
+    marker: float,
+    dictionary: str,
+    legacy: bool,
+) -> tuple[Points, NDArray[np.int64]]:
     """Inner corners that were seen, (n, 2), and their numbers row by row; columns and rows are of inner corners."""
     table = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
     board = cv2.aruco.CharucoBoard((columns + 1, rows + 1), square, marker, table)
@@ -50,7 +61,9 @@ def find_charuco(gray: NDArray[np.uint8], columns: int, rows: int, square: float
     return points_from_cv(corners), np.asarray(ids, np.int64).reshape(-1)
 
 
-def fit_within(gray: NDArray[np.uint8], longest: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+def fit_within(
+    gray: NDArray[np.uint8], longest: int
+) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
     """Shrink a picture to at most `longest` px on its longer side; return it and its scale (x, y), 1 where it fits."""
     height, width = gray.shape
     if max(height, width) <= longest:
@@ -72,17 +85,25 @@ def shrink_to_width(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
 def resize_grid(values: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
     """Resize a grid of values bilinearly to width × height pixels, its corners on the corners; NaN spreads."""
     rows, columns = values.shape
-    x, y = np.meshgrid(np.linspace(0, columns - 1, width, dtype=np.float32),
-                       np.linspace(0, rows - 1, height, dtype=np.float32))
-    return cv2.remap(values.astype(np.float32), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+    x, y = np.meshgrid(
+        np.linspace(0, columns - 1, width, dtype=np.float32),
+        np.linspace(0, rows - 1, height, dtype=np.float32),
+    )
+    return cv2.remap(
+        values.astype(np.float32), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    ).astype(float)
 
 
 def viridis() -> NDArray[np.uint8]:
     """Return viridis: 256 BGR shades from dark to bright, distinct for colour-blind eyes as well."""
-    return np.asarray(cv2.applyColorMap(np.arange(256, dtype=np.uint8)[:, None], cv2.COLORMAP_VIRIDIS), np.uint8)[:, 0]
+    return np.asarray(
+        cv2.applyColorMap(np.arange(256, dtype=np.uint8)[:, None], cv2.COLORMAP_VIRIDIS), np.uint8
+    )[:, 0]
 
 
-def draw_text(picture: NDArray[np.uint8], text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
+def draw_text(
+    picture: NDArray[np.uint8], text: str, at: tuple[int, int], colour: tuple[int, int, int]
+) -> None:
     """Draw small text into a picture; at is its lower left corner."""
     cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.42, colour, 1, cv2.LINE_AA)
 
@@ -101,10 +122,22 @@ def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(pixels, code), np.uint8)
 
 
-def blurred_gradients(gray: NDArray[np.uint8], blur_px: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def blurred_gradients(
+    gray: NDArray[np.uint8], blur_px: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Brightness by x and by y, grey levels a px, of the picture blurred by a Gaussian."""
-    soft = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), blur_px, borderType=cv2.BORDER_REPLICATE)
+    soft = cv2.GaussianBlur(
+        gray.astype(np.float32), (0, 0), blur_px, borderType=cv2.BORDER_REPLICATE
+    )
     half = np.array([-0.5, 0.0, 0.5], np.float32)
     one = np.ones(1, np.float32)
-    return (np.asarray(cv2.sepFilter2D(soft, cv2.CV_32F, half, one, borderType=cv2.BORDER_REPLICATE), np.float32),
-            np.asarray(cv2.sepFilter2D(soft, cv2.CV_32F, one, half, borderType=cv2.BORDER_REPLICATE), np.float32))
+    return (
+        np.asarray(
+            cv2.sepFilter2D(soft, cv2.CV_32F, half, one, borderType=cv2.BORDER_REPLICATE),
+            np.float32,
+        ),
+        np.asarray(
+            cv2.sepFilter2D(soft, cv2.CV_32F, one, half, borderType=cv2.BORDER_REPLICATE),
+            np.float32,
+        ),
+    )

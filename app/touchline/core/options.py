@@ -37,7 +37,9 @@ class Option:
         if value is None:
             return self.default
         if self.type == "choice":
-            return self._checked(value, value in self.choices, " or ".join(repr(c) for c in self.choices))
+            return self._checked(
+                value, value in self.choices, " or ".join(repr(c) for c in self.choices)
+            )
         if self.type == "terms-or-auto":
             if value == "auto":
                 return value
@@ -52,14 +54,22 @@ class Option:
         if self.type == "value-and-sigma":
             return self._read_value_and_sigma(value)
         if self.type == "calibration":
-            found = isinstance(value, Mapping) and "name" in value \
-                and (isinstance(value.get("parameters"), Mapping) or isinstance(value.get("lens"), Mapping))
+            found = (
+                isinstance(value, Mapping)
+                and "name" in value
+                and (
+                    isinstance(value.get("parameters"), Mapping)
+                    or isinstance(value.get("lens"), Mapping)
+                )
+            )
             return self._checked(value, found, "the id of a calibration")
         if self.type == "bool":
             return self._checked(value, isinstance(value, bool), "true or false")
         if self.type == "int-or-auto" and value == "auto":
             return value
-        allowed = f"a number from {self.range[0]:g} to {self.range[1]:g}" if self.range else "a number"
+        allowed = (
+            f"a number from {self.range[0]:g} to {self.range[1]:g}" if self.range else "a number"
+        )
         if self.type == "int-or-auto":
             allowed += ', or "auto"'
         if number(value) is None or (self.range and not self.range[0] <= value <= self.range[1]):
@@ -86,14 +96,25 @@ class Option:
         return value
 
     def _refuse(self, value: Any, allowed: str) -> BadInput:
-        return BadInput(f"{value!r} is not valid for the option {self.name}.", f"Use {allowed}.", reason="bad-option")
+        return BadInput(
+            f"{value!r} is not valid for the option {self.name}.",
+            f"Use {allowed}.",
+            reason="bad-option",
+        )
 
     def to_json(self, of: str | None = None) -> OptionJson:
         """of: whose option it is, for the code of its help; None where no page shows that."""
-        return stated(OptionJson(
-            name=self.name, type=self.type, default=self.default,
-            help=self.help if of is None else named(f"option.{of}.{self.name}", self.help),
-            range=list(self.range) if self.range else None, unit=self.unit, choices=list(self.choices)))
+        return stated(
+            OptionJson(
+                name=self.name,
+                type=self.type,
+                default=self.default,
+                help=self.help if of is None else named(f"option.{of}.{self.name}", self.help),
+                range=list(self.range) if self.range else None,
+                unit=self.unit,
+                choices=list(self.choices),
+            )
+        )
 
 
 def read_options(described: Iterable[Option], given: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -102,6 +123,9 @@ def read_options(described: Iterable[Option], given: Mapping[str, Any] | None) -
     given = given or {}
     for name in given:
         if name not in table:
-            raise BadInput(f"Unknown option: {name!r}.", f"Use one of: {', '.join(table)}.",
-                           reason="unknown-option")
+            raise BadInput(
+                f"Unknown option: {name!r}.",
+                f"Use one of: {', '.join(table)}.",
+                reason="unknown-option",
+            )
     return {name: option.read(given.get(name)) for name, option in table.items()}

@@ -81,7 +81,9 @@ class Observation:
         return self.feature if isinstance(self.feature, str) else list(self.feature)
 
     def to_json(self) -> ObservationJson:
-        json = ObservationJson(feature=self.feature_json, kind=self.kind, points=self.points.tolist())
+        json = ObservationJson(
+            feature=self.feature_json, kind=self.kind, points=self.points.tolist()
+        )
         if self.z_mm != 0:
             json["z_mm"] = self.z_mm
         return json
@@ -94,22 +96,43 @@ class Observation:
             raise BadInput("An observation is not an object.", form, reason="bad-observation")
         unknown = set(value) - {"feature", "kind", "points", "z_mm"}
         if unknown:
-            raise BadInput(f"Unknown entry of an observation: {sorted(unknown)[0]!r}.", form, reason="bad-observation")
-        feature, kind, z_mm = value.get("feature"), value.get("kind", "line"), value.get("z_mm", 0.0)
+            raise BadInput(
+                f"Unknown entry of an observation: {sorted(unknown)[0]!r}.",
+                form,
+                reason="bad-observation",
+            )
+        feature, kind, z_mm = (
+            value.get("feature"),
+            value.get("kind", "line"),
+            value.get("z_mm", 0.0),
+        )
         if isinstance(feature, (list, tuple)):
             spot = as_points(feature, "The field position of a landmark")
             if spot.shape != (2,):
-                raise BadInput("The field position of a landmark is not a pair of numbers.",
-                               form, reason="bad-observation")
+                raise BadInput(
+                    "The field position of a landmark is not a pair of numbers.",
+                    form,
+                    reason="bad-observation",
+                )
             feature = (float(spot[0]), float(spot[1]))
         elif not isinstance(feature, str):
             raise BadInput("An observation has no feature.", form, reason="bad-observation")
         if kind not in ("line", "landmark"):
-            raise BadInput(f"Unknown kind of observation: {kind!r}.", form, reason="bad-observation")
+            raise BadInput(
+                f"Unknown kind of observation: {kind!r}.", form, reason="bad-observation"
+            )
         if number(z_mm) is None or abs(z_mm) > 10_000:
-            raise BadInput("The z_mm of an observation is not a valid height.", "Give millimetres above the carpet.",
-                           reason="bad-observation")
-        return cls(feature, kind, as_points(value.get("points", ()), "The points of an observation"), float(z_mm))
+            raise BadInput(
+                "The z_mm of an observation is not a valid height.",
+                "Give millimetres above the carpet.",
+                reason="bad-observation",
+            )
+        return cls(
+            feature,
+            kind,
+            as_points(value.get("points", ()), "The points of an observation"),
+            float(z_mm),
+        )
 
 
 Observations = tuple[Observation, ...]
@@ -118,12 +141,19 @@ Observations = tuple[Observation, ...]
 def observations_from_json(value: Any) -> Observations:
     """Read a list of observations, refusing more points than anybody can mean."""
     if not isinstance(value, (list, tuple)):
-        raise BadInput("The observations are not a list.", "Send a list of observations.", reason="bad-observation")
+        raise BadInput(
+            "The observations are not a list.",
+            "Send a list of observations.",
+            reason="bad-observation",
+        )
     observations = tuple(Observation.from_json(item) for item in value)
     count = sum(len(o.points) for o in observations)
     if count > MAX_POINTS:
-        raise BadInput(f"{count} points were sent; a fit accepts at most {MAX_POINTS}.", "Send fewer points.",
-                       reason="too-many-points")
+        raise BadInput(
+            f"{count} points were sent; a fit accepts at most {MAX_POINTS}.",
+            "Send fewer points.",
+            reason="too-many-points",
+        )
     return observations
 
 
@@ -146,8 +176,15 @@ class Warning:
     index: int | None = None  # of the point within its observation, from 0
 
     def to_json(self) -> WarningJson:
-        return stated(WarningJson(reason=self.reason, text=self.text, fix=self.fix, feature=self.feature,
-                                  index=self.index))
+        return stated(
+            WarningJson(
+                reason=self.reason,
+                text=self.text,
+                fix=self.fix,
+                feature=self.feature,
+                index=self.index,
+            )
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,40 +235,77 @@ class Calibration:
     active: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        return {"id": self.id, "version": self.version, "camera": self.camera, "field": self.field["name"],
-                "region": self.region, "rotate": self.rotate,
-                "model": {"name": self.model_name, "parameters": dict(self.model_parameters)},
-                "image_size": list(self.image_size), "corrected_size": list(self.corrected_size),
-                "observations": [dict(o) for o in self.observations], "options": dict(self.options),
-                "report": dict(self.report), "created_at": self.created_at, "software": self.software,
-                "snapshot": self.snapshot, "image_sha256": self.image_sha256, "parent": self.parent,
-                "note": self.note, "made_by": self.made_by, "active": self.active, "field_definition": dict(self.field)}
+        return {
+            "id": self.id,
+            "version": self.version,
+            "camera": self.camera,
+            "field": self.field["name"],
+            "region": self.region,
+            "rotate": self.rotate,
+            "model": {"name": self.model_name, "parameters": dict(self.model_parameters)},
+            "image_size": list(self.image_size),
+            "corrected_size": list(self.corrected_size),
+            "observations": [dict(o) for o in self.observations],
+            "options": dict(self.options),
+            "report": dict(self.report),
+            "created_at": self.created_at,
+            "software": self.software,
+            "snapshot": self.snapshot,
+            "image_sha256": self.image_sha256,
+            "parent": self.parent,
+            "note": self.note,
+            "made_by": self.made_by,
+            "active": self.active,
+            "field_definition": dict(self.field),
+        }
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> Self:
         """Read what to_json wrote; refuse anything else."""
         try:
             return cls(
-                id=str(value["id"]), version=int(value["version"]), camera=value["camera"],
-                field=value["field_definition"], region=value["region"], rotate=int(value["rotate"]),
-                model_name=value["model"]["name"], model_parameters=value["model"]["parameters"],
-                image_size=ImageSize.of(value["image_size"]), corrected_size=ImageSize.of(value["corrected_size"]),
-                observations=tuple(value["observations"]), options=value["options"],
-                report=read_report(value["report"]), created_at=value["created_at"], software=value["software"],
+                id=str(value["id"]),
+                version=int(value["version"]),
+                camera=value["camera"],
+                field=value["field_definition"],
+                region=value["region"],
+                rotate=int(value["rotate"]),
+                model_name=value["model"]["name"],
+                model_parameters=value["model"]["parameters"],
+                image_size=ImageSize.of(value["image_size"]),
+                corrected_size=ImageSize.of(value["corrected_size"]),
+                observations=tuple(value["observations"]),
+                options=value["options"],
+                report=read_report(value["report"]),
+                created_at=value["created_at"],
+                software=value["software"],
                 snapshot=value.get("snapshot"),
-                image_sha256=value.get("image_sha256"), parent=value.get("parent"), note=value.get("note", ""),
+                image_sha256=value.get("image_sha256"),
+                parent=value.get("parent"),
+                note=value.get("note", ""),
                 made_by=value.get("made_by", ""),
-                active=bool(value.get("active", False)))
+                active=bool(value.get("active", False)),
+            )
         except (KeyError, TypeError, ValueError, OverflowError) as error:
-            raise BadInput(f"This is not a calibration: {error!r}.", "Send a JSON file that Touchline exported.",
-                           reason="bad-calibration") from None
+            raise BadInput(
+                f"This is not a calibration: {error!r}.",
+                "Send a JSON file that Touchline exported.",
+                reason="bad-calibration",
+            ) from None
 
     def lens_option(self) -> dict[str, Any]:
         """Return the value of the option "lens" of another fit: the camera, and its covariance where it is known."""
         known = self.covariance
-        own = {name: entry for name, entry in known.items() if name != "freer"} if isinstance(known, Mapping) else known
-        return {"name": self.model_name, "parameters": dict(self.model_parameters),
-                **({} if own is None else {"covariance": own})}
+        own = (
+            {name: entry for name, entry in known.items() if name != "freer"}
+            if isinstance(known, Mapping)
+            else known
+        )
+        return {
+            "name": self.model_name,
+            "parameters": dict(self.model_parameters),
+            **({} if own is None else {"covariance": own}),
+        }
 
     @property
     def covariance(self) -> Any:
@@ -243,13 +317,17 @@ class Calibration:
         rows = self.report.get("per_feature", ())
         masks = [np.zeros(len(observation.points), bool) for observation in observations]
         for mask, row in zip(masks, rows, strict=False):
-            flags = [residual.get("outlier") is True for residual in row.get("residuals", ())][:len(mask)]
-            mask[:len(flags)] = flags
+            flags = [residual.get("outlier") is True for residual in row.get("residuals", ())][
+                : len(mask)
+            ]
+            mask[: len(flags)] = flags
         return masks
 
     def field_changes(self, now: Mapping[str, Any]) -> tuple[str, ...]:
         """Name what of the field, as it is now, lies elsewhere than when this was made, and makes it wrong."""
-        return field_changes(self.field, now, self.region, (o["feature"] for o in self.observations))
+        return field_changes(
+            self.field, now, self.region, (o["feature"] for o in self.observations)
+        )
 
     def activated(self, active: bool) -> Self:
         return replace(self, active=active)

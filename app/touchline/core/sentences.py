@@ -132,21 +132,31 @@ SHUTTING_DOWN = say("server.shutting-down", "The server is shutting down.")
 
 ACTIVATE_OR_RAW = say("advice.activate-or-raw", "Activate a calibration, or use the raw view.")
 CHECK_CABLE_AND_POWER = say("advice.check-cable-and-power", "Check its cable and its power.")
-CALIBRATE_AGAIN_FOR_SIZE = say("advice.calibrate-again-for-size",
-                               "Use an image of that size, or calibrate the camera again.")
-CALIBRATE_AND_ACTIVATE = say("advice.calibrate-and-activate", "Calibrate the camera and activate the version.")
-CALIBRATE_THIS_SIZE = say("advice.calibrate-this-size",
-                          "Use an image of that size, or calibrate the camera at this size.")
+CALIBRATE_AGAIN_FOR_SIZE = say(
+    "advice.calibrate-again-for-size", "Use an image of that size, or calibrate the camera again."
+)
+CALIBRATE_AND_ACTIVATE = say(
+    "advice.calibrate-and-activate", "Calibrate the camera and activate the version."
+)
+CALIBRATE_THIS_SIZE = say(
+    "advice.calibrate-this-size", "Use an image of that size, or calibrate the camera at this size."
+)
 CHECK_STATE_TRY_AGAIN = say("advice.check-state-try-again", "Check its state, then try again.")
 FREE_MEMORY = say("advice.free-memory", "Free some memory, or reinstall Touchline.")
 ONE_CAMERA = say("advice.one-camera", "Use images from one camera at one resolution.")
 OPEN_AGAIN = say("advice.open-again", "Open it again.")
-SECURE_CAMERA = say("advice.secure-camera", "Secure the camera, and switch off its automatic exposure.")
-SET_RESOLUTION = say("advice.set-resolution", "Set the camera to that resolution, or calibrate it at this one.")
+SECURE_CAMERA = say(
+    "advice.secure-camera", "Secure the camera, and switch off its automatic exposure."
+)
+SET_RESOLUTION = say(
+    "advice.set-resolution", "Set the camera to that resolution, or calibrate it at this one."
+)
 REPEAT = say("advice.repeat", "Try again.")
 TRY_AGAIN = say("advice.try-again", "Try again in a moment.")
 TRY_WHEN_BACK = say("advice.try-when-back", "Try again when it is back.")
-TRIES_AGAIN = say("advice.tries-again", "Touchline tries again automatically. See the server log for the reason.")
+TRIES_AGAIN = say(
+    "advice.tries-again", "Touchline tries again automatically. See the server log for the reason."
+)
 SERIES_MOVED = say("series.moved", "The camera moved while the images were taken.")
 SERIES_MOVED_FIX = say("series.moved.fix", "Fix the camera, then take the images again.")
 
@@ -166,7 +176,11 @@ def marking_names(ids: Sequence[str]) -> list[Sentence]:
 
 
 def _name(id: str, table: dict[str, str], part: str) -> Sentence:
-    return say(f"{part}.{id}", table[id]) if id in table else Sentence(id.replace("-", " ").replace("_", " "))
+    return (
+        say(f"{part}.{id}", table[id])
+        if id in table
+        else Sentence(id.replace("-", " ").replace("_", " "))
+    )
 
 
 def the_border(id: str | None) -> Sentence:
@@ -180,9 +194,15 @@ def install_package(name: str) -> Sentence:
 
     One that was made as the README says has no pip of its own: the pip of another Python then installs into it.
     """
-    pip = ("-m", "pip", "install") if find_spec("pip") else ("-m", "pip", "--python", sys.executable, "install")
+    pip = (
+        ("-m", "pip", "install")
+        if find_spec("pip")
+        else ("-m", "pip", "--python", sys.executable, "install")
+    )
     command = shlex.join(["python3" if "--python" in pip else sys.executable, *pip, name])
-    return say("advice.install-package", "Run {command}, then start Touchline again.", command=command)
+    return say(
+        "advice.install-package", "Run {command}, then start Touchline again.", command=command
+    )
 
 
 def use_one_of(names: Iterable[str]) -> Sentence:
@@ -199,8 +219,11 @@ def image_name(text: str) -> str:
     if found is None:
         return text
     number = int(found[2])
-    return (say("image.number", "Image {number}", number=number) if found[1] == "I"
-            else say("image.number-within", "image {number}", number=number))
+    return (
+        say("image.number", "Image {number}", number=number)
+        if found[1] == "I"
+        else say("image.number-within", "image {number}", number=number)
+    )
 
 
 def unknown_field(name: str) -> Sentence:
@@ -208,9 +231,19 @@ def unknown_field(name: str) -> Sentence:
 
 
 def previous_images_differ(name: str, size: ImageSize, previous: ImageSize) -> Sentence:
-    return say("image.differs-from-previous", "{image} is {size}, the previous images are {previous}.",
-               image=image_name(sentence(name)), size=size, previous=previous)
+    return say(
+        "image.differs-from-previous",
+        "{image} is {size}, the previous images are {previous}.",
+        image=image_name(sentence(name)),
+        size=size,
+        previous=previous,
+    )
 
 
 def other_image_size(size: ImageSize, wanted: ImageSize) -> Sentence:
-    return say("image.other-size", "The image is {size}; the calibration is for {wanted}.", size=size, wanted=wanted)
+    return say(
+        "image.other-size",
+        "The image is {size}; the calibration is for {wanted}.",
+        size=size,
+        wanted=wanted,
+    )

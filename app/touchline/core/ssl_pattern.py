@@ -14,7 +14,25 @@ DOTS_AT_MM = hypot(*DOTS_MM[0])  # all four are as far out
 # from the front, counter-clockwise
 DOT_ANGLES = tuple(atan2(left, ahead) for ahead, left in DOTS_MM)
 # Whether each dot is green, else pink; the place in the table is the number.
-GREEN = tuple(tuple(letter == "g" for letter in word) for word in (
-    "pgpp", "ggpp", "ggpg", "pgpg", "ppgp", "gpgp", "gpgg", "ppgg",
-    "gggg", "pppp", "pggp", "gppg", "gggp", "gppp", "pggg", "pppg"))
+GREEN = tuple(
+    tuple(letter == "g" for letter in word)
+    for word in (
+        "pgpp",
+        "ggpp",
+        "ggpg",
+        "pgpg",
+        "ppgp",
+        "gpgp",
+        "gpgg",
+        "ppgg",
+        "gggg",
+        "pppp",
+        "pggp",
+        "gppg",
+        "gggp",
+        "gppp",
+        "pggg",
+        "pppg",
+    )
+)
 NUMBER_OF = {dots: number for number, dots in enumerate(GREEN)}

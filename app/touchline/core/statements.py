@@ -97,11 +97,22 @@ def say(code: str, template: str, **values: object) -> Sentence:
     The values are stated as they are shown: a number rounded as its format says, a list of names as a list, and a value
     that is a sentence itself by its own statements.
     """
-    shown = {name: ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value
-             for name, value in values.items()}
+    shown = {
+        name: ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value
+        for name, value in values.items()
+    }
     formats = {name: spec or "" for _, name, spec, _ in Formatter().parse(template) if name}
-    return Sentence(template.format(**shown), (
-        {"code": code, "values": {name: _value(value, formats.get(name, "")) for name, value in values.items()}},))
+    return Sentence(
+        template.format(**shown),
+        (
+            {
+                "code": code,
+                "values": {
+                    name: _value(value, formats.get(name, "")) for name, value in values.items()
+                },
+            },
+        ),
+    )
 
 
 def named(code: str, text: str) -> Sentence:
@@ -112,7 +123,9 @@ def named(code: str, text: str) -> Sentence:
 def join(*parts: str) -> Sentence:
     """Return sentences behind one another, the empty ones left out; plain text among them states itself."""
     found = [part for part in parts if part]
-    return Sentence(" ".join(found), tuple(statement for part in found for statement in statements_of(part)))
+    return Sentence(
+        " ".join(found), tuple(statement for part in found for statement in statements_of(part))
+    )
 
 
 def capitalised(text: str) -> Sentence:
@@ -122,15 +135,26 @@ def capitalised(text: str) -> Sentence:
 
 def statements_of(text: str) -> tuple[Mapping[str, Any], ...]:
     """Return what a text states; plain text as a statement without a code."""
-    return text.statements if isinstance(text, Sentence) and text.statements else ({"text": str(text)},)
+    return (
+        text.statements
+        if isinstance(text, Sentence) and text.statements
+        else ({"text": str(text)},)
+    )
 
 
 def stated(record: Record) -> Record:
     """Return a record as plain JSON, with what its sentences state beside them; of a list of texts, one for each."""
     json: Any = dict(record)
-    found = {name: list(value.statements) for name, value in record.items() if isinstance(value, Sentence)}
-    found |= {name: [statements_of(text)[0] for text in value] for name, value in record.items()
-              if isinstance(value, (list, tuple)) and any(isinstance(text, Sentence) for text in value)}
+    found = {
+        name: list(value.statements)
+        for name, value in record.items()
+        if isinstance(value, Sentence)
+    }
+    found |= {
+        name: [statements_of(text)[0] for text in value]
+        for name, value in record.items()
+        if isinstance(value, (list, tuple)) and any(isinstance(text, Sentence) for text in value)
+    }
     if found:
         json[STATEMENTS] = {**json.get(STATEMENTS, {}), **found}
     return json
@@ -139,15 +163,22 @@ def stated(record: Record) -> Record:
 def sentence_in(record: Mapping[str, Any], name: str) -> str:
     """Return a sentence of a record that stated() has made, also where it has been JSON since."""
     text = record[name]
-    found = None if isinstance(text, Sentence) else read_statements(record.get(STATEMENTS)).get(name)
+    found = (
+        None if isinstance(text, Sentence) else read_statements(record.get(STATEMENTS)).get(name)
+    )
     return Sentence(text, tuple(found)) if found else text
 
 
 def read_statements(value: Any) -> dict[str, Any]:
     """Return the entry as it may come from a file: lists of statements by name, without what is none."""
     rows = value.items() if isinstance(value, Mapping) else ()
-    return {name: found[:MAX_STATEMENTS] for name, found in rows if isinstance(name, str) and isinstance(found, list)
-            and all(isinstance(one, Mapping) for one in found)}
+    return {
+        name: found[:MAX_STATEMENTS]
+        for name, found in rows
+        if isinstance(name, str)
+        and isinstance(found, list)
+        and all(isinstance(one, Mapping) for one in found)
+    }
 
 
 def _value(value: object, spec: str) -> Any:

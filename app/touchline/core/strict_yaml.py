@@ -23,8 +23,9 @@ class _OnceEach(yaml.constructor.BaseConstructor):
         keys: set[str] = set()
         for key, _ in node.value:
             if not isinstance(key, yaml.ScalarNode) or key.value in keys:
-                raise yaml.constructor.ConstructorError(None, None, "a key is used twice, or is not text",
-                                                        key.start_mark)
+                raise yaml.constructor.ConstructorError(
+                    None, None, "a key is used twice, or is not text", key.start_mark
+                )
             keys.add(key.value)
         return super().construct_mapping(node, deep)
 
@@ -37,13 +38,17 @@ class _Text(_OnceEach, yaml.CBaseLoader):
     """Every value as it is written: YAML 1.1 takes 1:30 for 90, 010 for 8 and 1e-5 for a word."""
 
 
-def plain_from_yaml(raw: bytes, what: str, *, as_text: bool = False, tags: Collection[str] = ()) -> Any:
+def plain_from_yaml(
+    raw: bytes, what: str, *, as_text: bool = False, tags: Collection[str] = ()
+) -> Any:
     """The data in a YAML text. what: how an error calls it, such as "The file table.yaml".
 
     as_text: every scalar as the text it is. tags: those that are let pass, and mean nothing.
     """
     if len(raw) > MAX_BYTES:
-        raise _refuse(f"{what} has {len(raw)} bytes; the limit is {MAX_BYTES}.", "Send a shorter one.")
+        raise _refuse(
+            f"{what} has {len(raw)} bytes; the limit is {MAX_BYTES}.", "Send a shorter one."
+        )
     try:
         text = raw.decode("utf-8-sig")
         _check_events(text, what, tags)
@@ -54,19 +59,24 @@ def plain_from_yaml(raw: bytes, what: str, *, as_text: bool = False, tags: Colle
     except (yaml.YAMLError, UnicodeError, ValueError, TypeError, RecursionError) as error:
         where = getattr(error, "problem_mark", None)
         line = f" (line {where.line + 1})" if where else ""
-        raise _refuse(f"{what} is not valid YAML{line}: {getattr(error, 'problem', None) or error}.",
-                      _FIX) from None
+        raise _refuse(
+            f"{what} is not valid YAML{line}: {getattr(error, 'problem', None) or error}.", _FIX
+        ) from None
 
 
 def _check_events(text: str, what: str, tags: Collection[str]) -> None:
     depth = 0
     for event in yaml.parse(text, yaml.CSafeLoader):
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
-            raise _refuse(f"{what} uses an anchor or an alias.", "Write the value out where it is used.")
+            raise _refuse(
+                f"{what} uses an anchor or an alias.", "Write the value out where it is used."
+            )
         tag = getattr(event, "tag", None)
         if tag and tag not in tags:
             raise _refuse(f"{what} uses a tag ({tag[:40]}).", _FIX)
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(
+            event, yaml.CollectionEndEvent
+        )
         if depth > MAX_DEPTH:
             raise _refuse(f"{what} has more than {MAX_DEPTH} levels.", "Use fewer levels.")
 

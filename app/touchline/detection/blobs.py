@@ -44,7 +44,9 @@ def runs_of(labels: NDArray[np.uint8]) -> Runs:
     return Runs(y, x0, x1, colour, _patches(*_touching(y, x0, x1, colour, labels.shape[1]), len(y)))
 
 
-def _touching(y: Numbers, x0: Numbers, x1: Numbers, colour: Numbers, width: int) -> tuple[Numbers, Numbers]:
+def _touching(
+    y: Numbers, x0: Numbers, x1: Numbers, colour: Numbers, width: int
+) -> tuple[Numbers, Numbers]:
     """Pairs of runs of one colour, the second in the row below the first."""
     stride = width + 4
     begins, ends = y * stride + x0, y * stride + x1  # both ascend
@@ -52,7 +54,9 @@ def _touching(y: Numbers, x0: Numbers, x1: Numbers, colour: Numbers, width: int)
     high = np.searchsorted(begins, (y + 1) * stride + x1 + 1, side="right")
     count = np.maximum(high - low, 0)
     above = np.repeat(np.arange(len(y)), count)
-    below = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(low, count)
+    below = (
+        np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(low, count)
+    )
     same = colour[above] == colour[below]
     return above[same], below[same]
 
@@ -94,8 +98,14 @@ class Blobs:
         return len(self.area)
 
     def only(self, mask: NDArray[np.bool_]) -> Self:
-        return type(self)(self.colour[mask], self.area[mask], self.middle[mask], self.box[mask], self.roundness[mask],
-                          self.sharpness[mask])
+        return type(self)(
+            self.colour[mask],
+            self.area[mask],
+            self.middle[mask],
+            self.box[mask],
+            self.roundness[mask],
+            self.sharpness[mask],
+        )
 
     @classmethod
     def of(cls, runs: Runs) -> Self:
@@ -105,8 +115,12 @@ class Blobs:
 
         def total(values: Array) -> Array:
             return np.asarray(np.bincount(runs.patch, values, n), np.float64)
+
         area = total(length)
-        middle = np.stack([total(length * mean_x), total(length * y)], axis=-1) / np.maximum(area, 1)[:, None]
+        middle = (
+            np.stack([total(length * mean_x), total(length * y)], axis=-1)
+            / np.maximum(area, 1)[:, None]
+        )
         dx, dy = mean_x - middle[runs.patch, 0], y - middle[runs.patch, 1]
         # A run of k pixels has (k² - 1) / 12 of its own, and each pixel 1 / 12.
         xx = total(length * (dx * dx + length * length / 12)) / np.maximum(area, 1)
@@ -115,17 +129,23 @@ class Blobs:
         half, split = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
         # A disc's area is 4 π √(λ1 λ2), and its two λ are equal.
         roundness = np.sqrt(np.maximum(half - split, 0) / np.maximum(half + split, 1e-9))
-        box = np.stack([_extreme(np.minimum, runs.x0, runs.patch, n, 1 << 30),
-                        _extreme(np.minimum, runs.y, runs.patch, n, 1 << 30),
-                        _extreme(np.maximum, runs.x1, runs.patch, n, -1),
-                        _extreme(np.maximum, runs.y, runs.patch, n, -1)], axis=-1)
+        box = np.stack(
+            [
+                _extreme(np.minimum, runs.x0, runs.patch, n, 1 << 30),
+                _extreme(np.minimum, runs.y, runs.patch, n, 1 << 30),
+                _extreme(np.maximum, runs.x1, runs.patch, n, -1),
+                _extreme(np.maximum, runs.y, runs.patch, n, -1),
+            ],
+            axis=-1,
+        )
         colour = np.zeros(n, np.int64)
         colour[runs.patch] = runs.colour
         return cls(colour, area, middle, box, roundness, np.full(n, np.nan))
 
 
-def _extreme(keep: np.ufunc, values: NDArray[np.int64], patch: NDArray[np.int64], n: int,
-             start: int) -> NDArray[np.int64]:
+def _extreme(
+    keep: np.ufunc, values: NDArray[np.int64], patch: NDArray[np.int64], n: int, start: int
+) -> NDArray[np.int64]:
     found = np.full(n, start, np.int64)
     keep.at(found, patch, values)
     return found
@@ -134,7 +154,9 @@ def _extreme(keep: np.ufunc, values: NDArray[np.int64], patch: NDArray[np.int64]
 NO_BLOBS = Blobs.of(NO_RUNS)
 
 
-def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uint8] | None = None) -> Points:
+def fine_middles(
+    pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uint8] | None = None
+) -> Points:
     """Return middles (n, 2) px weighted by how much of each pixel the blob covers.
 
     labels: what belongs to another colour. A pixel at the rim is a mixture p = α blob + (1 - α) beside; α is found
@@ -156,34 +178,49 @@ def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uin
     about = (box[:, :2] + box[:, 2:]) / 2
     out_x = np.abs(x - about[:, 0, None, None]) - half[:, 0, None, None]
     out_y = np.abs(y - about[:, 1, None, None]) - half[:, 1, None, None]
-    from_middle = np.hypot((x - coarse[:, 0, None, None]) / half[:, 0, None, None],
-                           (y - coarse[:, 1, None, None]) / half[:, 1, None, None])
+    from_middle = np.hypot(
+        (x - coarse[:, 0, None, None]) / half[:, 0, None, None],
+        (y - coarse[:, 1, None, None]) / half[:, 1, None, None],
+    )
     core = inside & (from_middle < 0.6)
     beside = inside & (np.maximum(out_x, out_y) > 0.5) & (np.maximum(out_x, out_y) <= _BESIDE_PX)
     share = _share_of_blob(window, _mean(window, core), _mean(window, beside))
-    near = inside & (out_x <= 1.5) & (out_y <= 1.5) & (from_middle < 1 + 1.5 / half.min(axis=1)[:, None, None])
+    near = (
+        inside
+        & (out_x <= 1.5)
+        & (out_y <= 1.5)
+        & (from_middle < 1 + 1.5 / half.min(axis=1)[:, None, None])
+    )
     weight = np.where(near, np.clip(share, 0, 1), 0)
     weight[weight < 0.15] = 0  # what lies beside is never quite of one colour
     sums = weight.sum(axis=(1, 2))
-    fine = np.stack([(weight * x).sum(axis=(1, 2)), (weight * y).sum(axis=(1, 2))], -1) / np.maximum(sums, 1)[:, None]
+    fine = (
+        np.stack([(weight * x).sum(axis=(1, 2)), (weight * y).sum(axis=(1, 2))], -1)
+        / np.maximum(sums, 1)[:, None]
+    )
     # Two pixels from where its pixels say it is, something else was weighed.
     good = (sums > 0.5 * blobs.area[small]) & (np.linalg.norm(fine - coarse, axis=1) < 2)
     middles[small[good]] = fine[good]
     return middles
 
 
-def _windows(half: Array, box: NDArray[np.int64],
-             pixels: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+def _windows(
+    half: Array, box: NDArray[np.int64], pixels: NDArray[np.uint8]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
     """Return columns (n, 1, k) and rows (n, k, 1) around each box, as many for all, and which are in the picture."""
     reach = int(np.ceil(half.max())) + _BESIDE_PX
     steps = np.arange(-reach, reach + 1)
     centre = np.rint((box[:, :2] + box[:, 2:]) / 2).astype(int)
-    x, y = centre[:, 0, None, None] + steps[None, None, :], centre[:, 1, None, None] + steps[None, :, None]
+    x, y = (
+        centre[:, 0, None, None] + steps[None, None, :],
+        centre[:, 1, None, None] + steps[None, :, None],
+    )
     return x, y, (x >= 0) & (x < pixels.shape[1]) & (y >= 0) & (y < pixels.shape[0])
 
 
-def _share_of_blob(window: NDArray[np.float32], own: NDArray[np.float32],
-                   other: NDArray[np.float32]) -> NDArray[np.float32]:
+def _share_of_blob(
+    window: NDArray[np.float32], own: NDArray[np.float32], other: NDArray[np.float32]
+) -> NDArray[np.float32]:
     """Return α (n, k, k) of each pixel: how far it is along the way from the colour beside to the blob's own."""
     way = own - other
     along = ((window - other[:, None, None]) * way[:, None, None]).sum(-1)

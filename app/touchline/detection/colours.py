@@ -29,7 +29,14 @@ from numpy.typing import NDArray
 from touchline.core.errors import BadInput
 from touchline.core.statements import Sentence, capitalised, say, stated
 from touchline.detection.blobs import Blobs, runs_of
-from touchline.detection.profile import MAX_SAMPLES, NAMES, Bgr, ColourProfile, ColourSample, colour_name
+from touchline.detection.profile import (
+    MAX_SAMPLES,
+    NAMES,
+    Bgr,
+    ColourProfile,
+    ColourSample,
+    colour_name,
+)
 
 CODES = 1 << 16
 Table = NDArray[np.uint8]  # (65536,) the number of a colour, from 1; 0 is none
@@ -84,7 +91,9 @@ def cells() -> NDArray[np.float32]:
 _CELLS = features(cells())
 
 
-def distances(chroma: NDArray[np.float32], samples: Sequence[ColourSample], burnt: bool = True) -> NDArray[np.float32]:
+def distances(
+    chroma: NDArray[np.float32], samples: Sequence[ColourSample], burnt: bool = True
+) -> NDArray[np.float32]:
     """(n,) of features (n, 4) to the nearest of the samples; infinite where the brightness is out of the question.
 
     burnt: samples stand as well for what they look like in light too bright for the sensor.
@@ -93,7 +102,9 @@ def distances(chroma: NDArray[np.float32], samples: Sequence[ColourSample], burn
     for sample in samples:
         for worse, seen in enumerate(_burnt(sample.bgr) if burnt else [sample.bgr]):
             u, v, light, s = features(np.array(seen))
-            spread = (_CHROMA + sample.spread) ** 2 + (_GRAIN / chroma[:, 3]) ** 2 + (_GRAIN / s) ** 2
+            spread = (
+                (_CHROMA + sample.spread) ** 2 + (_GRAIN / chroma[:, 3]) ** 2 + (_GRAIN / s) ** 2
+            )
             away = ((chroma[:, 0] - u) ** 2 + (chroma[:, 1] - v) ** 2) / spread
             change = chroma[:, 2] - light
             away += (change / _BRIGHTNESS) ** 2 + worse * _GUESSED
@@ -103,7 +114,9 @@ def distances(chroma: NDArray[np.float32], samples: Sequence[ColourSample], burn
 
 def _burnt(bgr: Bgr) -> list[Bgr]:
     """A colour, and as it looks where the light is brighter than the sensor can tell."""
-    return [bgr, as_bgr(min(v * _CLIPPED, 255.0) for v in bgr)] if max(bgr) * _CLIPPED > 280 else [bgr]
+    return (
+        [bgr, as_bgr(min(v * _CLIPPED, 255.0) for v in bgr)] if max(bgr) * _CLIPPED > 280 else [bgr]
+    )
 
 
 def as_bgr(values: Iterable[float]) -> Bgr:
@@ -115,10 +128,12 @@ def as_bgr(values: Iterable[float]) -> Bgr:
 def table_of(profile: ColourProfile) -> tuple[Table, tuple[str, ...]]:
     """The table, and the names that its numbers count from 1."""
     names = tuple(profile.colours)
-    ranked = np.stack([distances(_CELLS, profile.colours[name]) for name in names]
-                      + [distances(_CELLS, profile.background)])
+    ranked = np.stack(
+        [distances(_CELLS, profile.colours[name]) for name in names]
+        + [distances(_CELLS, profile.background)]
+    )
     order = np.argsort(ranked, axis=0)
-    best, next_best = (np.take_along_axis(ranked, order[i:i + 1], axis=0)[0] for i in (0, 1))
+    best, next_best = (np.take_along_axis(ranked, order[i : i + 1], axis=0)[0] for i in (0, 1))
     with np.errstate(invalid="ignore"):
         sure = (best < profile.reach) & (next_best - best > profile.margin)
     numbers = order[0] + 1
@@ -127,37 +142,57 @@ def table_of(profile: ColourProfile) -> tuple[Table, tuple[str, ...]]:
 
 def in_light(table: Table, gain: Bgr) -> Table:
     """The table for light so many times as bright in blue, green and red: each cell looks where it would have been."""
-    steps = [np.clip(np.rint((np.arange(n) + 0.5) / k - 0.5), 0, n - 1).astype(int)
-             for n, k in zip((32, 64, 32), gain, strict=True)]
+    steps = [
+        np.clip(np.rint((np.arange(n) + 0.5) / k - 0.5), 0, n - 1).astype(int)
+        for n, k in zip((32, 64, 32), gain, strict=True)
+    ]
     cube = table.reshape(32, 64, 32)  # red, green, blue
     return np.ascontiguousarray(cube[np.ix_(steps[2], steps[1], steps[0])]).reshape(-1)
 
 
-def learn_profile(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequence[Click | Box]]]],
-                  onto: ColourProfile | None = None) -> ColourProfile:
+def learn_profile(
+    name: str,
+    clicks: Sequence[tuple[Picture, Mapping[str, Sequence[Click | Box]]]],
+    onto: ColourProfile | None = None,
+) -> ColourProfile:
     """A profile from clicks (x, y) and boxes (x0, y0, x1, y1), by colour, in one picture or several.
 
     BACKGROUND as a colour: what is none, such as a floor that is nearly orange. onto: a profile that keeps its other
     colours; a colour that is clicked again gets these samples in addition.
     """
     clicked_background: list[ColourSample] = []
-    colours: dict[str, list[ColourSample]] = {c: list(s) for c, s in onto.colours.items()} if onto else {}
+    colours: dict[str, list[ColourSample]] = (
+        {c: list(s) for c, s in onto.colours.items()} if onto else {}
+    )
     for pixels, given in clicks:
         for colour, places in given.items():
             if colour == BACKGROUND:
                 clicked_background.extend(sample_at(pixels, place) for place in places)
                 continue
             if colour not in NAMES:
-                raise BadInput(f"Unknown colour: {str(colour)[:40]!r}.",
-                               f"Use one of: {', '.join(NAMES)}.", reason="unknown-colour")
+                raise BadInput(
+                    f"Unknown colour: {str(colour)[:40]!r}.",
+                    f"Use one of: {', '.join(NAMES)}.",
+                    reason="unknown-colour",
+                )
             colours.setdefault(colour, []).extend(sample_at(pixels, place) for place in places)
     if not colours:
-        raise BadInput("There are no colour samples.", "Click the ball and each team's colour.", reason="no-colours")
+        raise BadInput(
+            "There are no colour samples.",
+            "Click the ball and each team's colour.",
+            reason="no-colours",
+        )
     named = {c: tuple(samples) for c, samples in colours.items() if samples}
     pictures = [pixels for pixels, _ in clicks]
     common = [sample for picture in pictures[:4] for sample in clusters(picture)]
-    background = (*clicked_background, *background_samples(common, named), *(onto.background if onto else ()))
-    made = ColourProfile(name, named, background[:MAX_SAMPLES], mean_light(pictures[0]) if pictures else None)
+    background = (
+        *clicked_background,
+        *background_samples(common, named),
+        *(onto.background if onto else ()),
+    )
+    made = ColourProfile(
+        name, named, background[:MAX_SAMPLES], mean_light(pictures[0]) if pictures else None
+    )
     return replace(made, reach=onto.reach, margin=onto.margin) if onto else made
 
 
@@ -166,7 +201,7 @@ def sample_at(pixels: Picture, place: Click | Box) -> ColourSample:
     height, width = pixels.shape[:2]
     if len(place) == 4:
         x0, y0, x1, y1 = (round(v) for v in place)
-        inside = pixels[max(y0, 0):max(y1 + 1, 0), max(x0, 0):max(x1 + 1, 0)].reshape(-1, 3)
+        inside = pixels[max(y0, 0) : max(y1 + 1, 0), max(x0, 0) : max(x1 + 1, 0)].reshape(-1, 3)
         if len(inside) == 0:
             raise _outside(place)
         return sample_of(inside)
@@ -174,13 +209,15 @@ def sample_at(pixels: Picture, place: Click | Box) -> ColourSample:
     if not (0 <= x < width and 0 <= y < height):
         raise _outside(place)
     left, top = max(x - _REACH_PX, 0), max(y - _REACH_PX, 0)
-    window = np.ascontiguousarray(pixels[top:y + _REACH_PX + 1, left:x + _REACH_PX + 1])
+    window = np.ascontiguousarray(pixels[top : y + _REACH_PX + 1, left : x + _REACH_PX + 1])
     mask = np.zeros((window.shape[0] + 2, window.shape[1] + 2), np.uint8)
     flags = 4 | cv2.FLOODFILL_MASK_ONLY | cv2.FLOODFILL_FIXED_RANGE | 255 << 8
-    cv2.floodFill(window.copy(), mask, (x - left, y - top), (0, 0, 0), (_ALIKE,) * 3, (_ALIKE,) * 3, flags)
+    cv2.floodFill(
+        window.copy(), mask, (x - left, y - top), (0, 0, 0), (_ALIKE,) * 3, (_ALIKE,) * 3, flags
+    )
     alike = mask[1:-1, 1:-1] > 0
     if alike.sum() < _MIN_ALIKE:
-        alike[max(y - top - 1, 0):y - top + 2, max(x - left - 1, 0):x - left + 2] = True
+        alike[max(y - top - 1, 0) : y - top + 2, max(x - left - 1, 0) : x - left + 2] = True
     return sample_of(window[alike])
 
 
@@ -192,22 +229,32 @@ def sample_of(pixels: NDArray[np.uint8]) -> ColourSample:
 
 
 def _outside(place: Sequence[float]) -> BadInput:
-    return BadInput(f"The sample at ({place[0]:g}, {place[1]:g}) is outside the image.", "Click inside the image.",
-                    reason="click-outside")
+    return BadInput(
+        f"The sample at ({place[0]:g}, {place[1]:g}) is outside the image.",
+        "Click inside the image.",
+        reason="click-outside",
+    )
 
 
 def mean_light(pixels: Picture) -> Bgr:
     """Mean BGR of the middle half of the pixels, by brightness: neither what is burnt out nor what is black."""
     sampled = _thinned(pixels).astype(np.float32)
     order = np.argsort(sampled.sum(axis=1))
-    return as_bgr(sampled[order[len(order) // 4:3 * len(order) // 4 + 1]].mean(axis=0))
+    return as_bgr(sampled[order[len(order) // 4 : 3 * len(order) // 4 + 1]].mean(axis=0))
 
 
-def background_samples(samples: Sequence[ColourSample],
-                       colours: Mapping[str, Sequence[ColourSample]]) -> tuple[ColourSample, ...]:
+def background_samples(
+    samples: Sequence[ColourSample], colours: Mapping[str, Sequence[ColourSample]]
+) -> tuple[ColourSample, ...]:
     """The samples that are none of the colours."""
-    return tuple(s for s in samples if all(distances(features(np.array([s.bgr])), c, burnt=False)[0] > OUTSIDE_REACH
-                                           for c in colours.values()))
+    return tuple(
+        s
+        for s in samples
+        if all(
+            distances(features(np.array([s.bgr])), c, burnt=False)[0] > OUTSIDE_REACH
+            for c in colours.values()
+        )
+    )
 
 
 def clusters(pixels: Picture) -> list[ColourSample]:
@@ -220,21 +267,29 @@ def clusters(pixels: Picture) -> list[ColourSample]:
     number = np.zeros(len(space), np.int32)
     cv2.kmeans(space, min(_CLUSTERS, len(space)), number, stop, 2, cv2.KMEANS_PP_CENTERS)
     counts = np.bincount(number)
-    return [sample_of(sampled[number == i]) for i in np.argsort(-counts) if counts[i] >= _MIN_SHARE * len(sampled)]
+    return [
+        sample_of(sampled[number == i])
+        for i in np.argsort(-counts)
+        if counts[i] >= _MIN_SHARE * len(sampled)
+    ]
 
 
 def _thinned(pixels: Picture) -> NDArray[np.uint8]:
     flat = pixels.reshape(-1, 3)
-    return flat[::max(1, len(flat) // _STRIDE_PIXELS)]
+    return flat[:: max(1, len(flat) // _STRIDE_PIXELS)]
 
 
-def automatic_profile(name: str, pixels: Picture, wanted: Sequence[str] = ("orange", "yellow", "blue", "pink", "green"),
-                      usual: ColourProfile | None = None) -> ColourProfile:
+def automatic_profile(
+    name: str,
+    pixels: Picture,
+    wanted: Sequence[str] = ("orange", "yellow", "blue", "pink", "green"),
+    usual: ColourProfile | None = None,
+) -> ColourProfile:
     """usual: what the colours looked like elsewhere; without it, as the leagues have them.
 
     A colour that is not in the picture keeps its usual sample, and a note says so.
     """
-    sampled = pixels.reshape(-1, 3)[::-(-pixels.shape[0] * pixels.shape[1] // _MAX_PIXELS)]
+    sampled = pixels.reshape(-1, 3)[:: -(-pixels.shape[0] * pixels.shape[1] // _MAX_PIXELS)]
     vivid = _vivid(sampled)
     sampled = sampled[vivid]
     chroma = features(sampled)
@@ -243,15 +298,33 @@ def automatic_profile(name: str, pixels: Picture, wanted: Sequence[str] = ("oran
     colours: dict[str, tuple[ColourSample, ...]] = {}
     notes = []
     for colour in sorted(wanted, key=lambda colour: colour in _ON_HULLS):
-        start = usual.colours[colour][0] if usual and colour in usual.colours else ColourSample(NAMES[colour], 0.02)
+        start = (
+            usual.colours[colour][0]
+            if usual and colour in usual.colours
+            else ColourSample(NAMES[colour], 0.02)
+        )
         among = _on_hulls(pixels, colours) if colour in _ON_HULLS else None
-        found = _mode(sampled[rare], chroma[rare], start) if among is None else _mode(among, features(among), start)
+        found = (
+            _mode(sampled[rare], chroma[rare], start)
+            if among is None
+            else _mode(among, features(among), start)
+        )
         if found is None:
-            notes.append(say("note.colour-not-detected", "No {colour} detected. The default {colour} is used.",
-                             colour=colour_name(colour)))
+            notes.append(
+                say(
+                    "note.colour-not-detected",
+                    "No {colour} detected. The default {colour} is used.",
+                    colour=colour_name(colour),
+                )
+            )
         colours[colour] = (found or start,)
-    return ColourProfile(name, {c: colours[c] for c in wanted}, background_samples(common, colours), mean_light(pixels),
-                         notes=tuple(notes))
+    return ColourProfile(
+        name,
+        {c: colours[c] for c in wanted},
+        background_samples(common, colours),
+        mean_light(pixels),
+        notes=tuple(notes),
+    )
 
 
 def _vivid(bgr: Picture) -> NDArray[np.bool_]:
@@ -266,7 +339,9 @@ def _on_hulls(pixels: Picture, colours: dict[str, tuple[ColourSample, ...]]) -> 
         return None
     codes = cv2.cvtColor(pixels, cv2.COLOR_BGR2BGR565).view(np.uint16).reshape(pixels.shape[:2])
     blobs = Blobs.of(runs_of(table_of(ColourProfile("teams", teams))[0][codes]))
-    blobs = blobs.only((blobs.area >= _MIN_DOT) & (blobs.area <= _MAX_DOT) & (blobs.roundness > 0.6))
+    blobs = blobs.only(
+        (blobs.area >= _MIN_DOT) & (blobs.area <= _MAX_DOT) & (blobs.roundness > 0.6)
+    )
     if not len(blobs):
         return None
     hull = np.zeros(pixels.shape[:2], np.uint8)
@@ -315,13 +390,23 @@ def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
     found = []
     for colour, samples in profile.colours.items():
         chroma = features(np.array([s.bgr for s in samples]))
-        gaps = {name: float(distances(chroma, rest, burnt=False).min()) for name, rest in others.items()
-                if name != colour and rest}
+        gaps = {
+            name: float(distances(chroma, rest, burnt=False).min())
+            for name, rest in others.items()
+            if name != colour and rest
+        }
         nearest = min(gaps, key=gaps.__getitem__, default=None)
         gap = gaps[nearest] if nearest else float("inf")
         level = "good" if gap >= _APART else "close" if gap >= _CLOSE else "mixed"
-        found.append(ColourSeparation(colour, nearest if np.isfinite(gap) else None, gap, level,
-                                      _sentence(level, colour, nearest)))
+        found.append(
+            ColourSeparation(
+                colour,
+                nearest if np.isfinite(gap) else None,
+                gap,
+                level,
+                _sentence(level, colour, nearest),
+            )
+        )
     return tuple(found)
 
 
@@ -330,8 +415,18 @@ def health_json(profile: Mapping[str, Any] | None) -> list[dict[str, Any]]:
     if profile is None:
         return []
     entries = [health.to_json() for health in colour_health(ColourProfile.from_json(profile))]
-    return [stated({"colour": entry["colour"], "margin": entry["gap"], "words": entry["sentence"],
-                    "level": entry["level"], "nearest": entry["nearest"]}) for entry in entries]
+    return [
+        stated(
+            {
+                "colour": entry["colour"],
+                "margin": entry["gap"],
+                "words": entry["sentence"],
+                "level": entry["level"],
+                "nearest": entry["nearest"],
+            }
+        )
+        for entry in entries
+    ]
 
 
 def _sentence(level: str, colour: str, nearest: str | None) -> Sentence:
@@ -339,12 +434,24 @@ def _sentence(level: str, colour: str, nearest: str | None) -> Sentence:
     if level == "good" or nearest is None:
         return say("colour-separation.good", "{colour} is well separated.", colour=first)
     if level == "close":
-        return say("colour-separation.close", "{colour} is close to {nearest}. Add samples of both where the light "
-                   "differs.", colour=first, nearest=_name(nearest))
-    return say("colour-separation.mixed", "{colour} overlaps with {nearest}. Change the light, the white balance or "
-               "the paper.", colour=first, nearest=_name(nearest))
+        return say(
+            "colour-separation.close",
+            "{colour} is close to {nearest}. Add samples of both where the light differs.",
+            colour=first,
+            nearest=_name(nearest),
+        )
+    return say(
+        "colour-separation.mixed",
+        "{colour} overlaps with {nearest}. Change the light, the white balance or the paper.",
+        colour=first,
+        nearest=_name(nearest),
+    )
 
 
 def _name(colour: str) -> str:
     """Return what a colour or the background is called within a sentence."""
-    return say("colour.background", _THE_BACKGROUND) if colour == _THE_BACKGROUND else colour_name(colour)
+    return (
+        say("colour.background", _THE_BACKGROUND)
+        if colour == _THE_BACKGROUND
+        else colour_name(colour)
+    )

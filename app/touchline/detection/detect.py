@@ -60,16 +60,31 @@ class DetectionResult:
     profile: ColourProfile
 
     def to_json(self) -> dict[str, Any]:
-        return stated({
-            **self.seen.detections.to_json(), "stages": self.config.name, "took_ms": dict(self.seen.took_ms),
-            "notes": [*self.profile.notes, *self.seen.notes], "colours": self.profile.to_json(),
-            "health": [health.to_json() for health in colour_health(self.profile)]})
+        return stated(
+            {
+                **self.seen.detections.to_json(),
+                "stages": self.config.name,
+                "took_ms": dict(self.seen.took_ms),
+                "notes": [*self.profile.notes, *self.seen.notes],
+                "colours": self.profile.to_json(),
+                "health": [health.to_json() for health in colour_health(self.profile)],
+            }
+        )
 
 
-def detect(pixels: Pixels, config: StageConfig, *, calibration: Calibration | None = None,
-           profile: ColourProfile | None = None, clicks: Clicks | None = None, mm_per_px: float | None = None,
-           eye_mm: tuple[float, float, float] | None = None, pictures: Collection[str] = (),
-           progress: Progress = no_progress, clock: Callable[[], float] | None = None) -> DetectionResult:
+def detect(
+    pixels: Pixels,
+    config: StageConfig,
+    *,
+    calibration: Calibration | None = None,
+    profile: ColourProfile | None = None,
+    clicks: Clicks | None = None,
+    mm_per_px: float | None = None,
+    eye_mm: tuple[float, float, float] | None = None,
+    pictures: Collection[str] = (),
+    progress: Progress = no_progress,
+    clock: Callable[[], float] | None = None,
+) -> DetectionResult:
     """Detect ball and robots in one picture. Colours are a profile's, or clicked in this picture, or found in it.
 
     mm_per_px: how large things are, where there is no calibration. eye_mm: the camera's position, field mm, given by
@@ -77,18 +92,32 @@ def detect(pixels: Pixels, config: StageConfig, *, calibration: Calibration | No
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size.width * size.height > MAX_PX:
-        raise BadInput(say("detection.image-too-large", "The image ({size}) is too large for object detection.",
-                           size=size),
-                       say("detection.smaller-image", "Use an image of at most {most_megapixels:.0f} million pixels, "
-                           "or lower the camera's resolution.", most_megapixels=MAX_PX / 1e6),
-                       reason="image-too-large")
+        raise BadInput(
+            say(
+                "detection.image-too-large",
+                "The image ({size}) is too large for object detection.",
+                size=size,
+            ),
+            say(
+                "detection.smaller-image",
+                "Use an image of at most {most_megapixels:.0f} million pixels, "
+                "or lower the camera's resolution.",
+                most_megapixels=MAX_PX / 1e6,
+            ),
+            reason="image-too-large",
+        )
     if calibration is None and mm_per_px is None:
-        raise BadInput(say("detection.no-scale", "The scale of this image is unknown."),
-                       say("detection.select-calibration", "Select a calibration, or enter the mm per pixel."),
-                       reason="no-scale")
+        raise BadInput(
+            say("detection.no-scale", "The scale of this image is unknown."),
+            say("detection.select-calibration", "Select a calibration, or enter the mm per pixel."),
+            reason="no-scale",
+        )
     if eye_mm is not None and not eye_mm[2] > 0:
-        raise BadInput(say("detection.height-not-positive", "The camera height must be above the carpet."),
-                       say("detection.enter-height", "Enter the height in mm, more than 0."), reason="bad-eye")
+        raise BadInput(
+            say("detection.height-not-positive", "The camera height must be above the carpet."),
+            say("detection.enter-height", "Enter the height in mm, more than 0."),
+            reason="bad-eye",
+        )
     if calibration is not None:
         check_size(size, calibration.image_size)
     profile = colour_profile_for(pixels, config, profile, clicks)
@@ -98,36 +127,63 @@ def detect(pixels: Pixels, config: StageConfig, *, calibration: Calibration | No
     progress(0.7, DETECTING)
     pipeline = pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm)
     config = pipeline.config
-    return DetectionResult(pipeline.process(pixels, clock=clock, pictures=pictures), config, profile)
+    return DetectionResult(
+        pipeline.process(pixels, clock=clock, pictures=pictures), config, profile
+    )
 
 
-def colour_profile_for(pixels: Pixels, config: StageConfig, profile: ColourProfile | None = None,
-                       clicks: Clicks | None = None) -> ColourProfile:
+def colour_profile_for(
+    pixels: Pixels,
+    config: StageConfig,
+    profile: ColourProfile | None = None,
+    clicks: Clicks | None = None,
+) -> ColourProfile:
     """Return a profile, with clicks in this picture added; without both it is detected in the image."""
     if clicks:
-        return learn_profile(profile.name if profile else "clicked", [(pixels, _read(clicks))], profile)
+        return learn_profile(
+            profile.name if profile else "clicked", [(pixels, _read(clicks))], profile
+        )
     if profile is not None:
         return profile
-    everywhere = next((options["everywhere"] for name, options in config.stages if name == "colours"), ())
+    everywhere = next(
+        (options["everywhere"] for name, options in config.stages if name == "colours"), ()
+    )
     read_near = ("pink", "green") if any(name == "butterfly" for name, _ in config.stages) else ()
-    return automatic_profile("detected in the image", pixels, tuple(dict.fromkeys([*everywhere, *read_near])))
+    return automatic_profile(
+        "detected in the image", pixels, tuple(dict.fromkeys([*everywhere, *read_near]))
+    )
 
 
-def learn_from_frame(frame: Frame, plan: StageConfig, base: ColourProfile | None, clicks: Mapping[str, Any],
-                  find_colours: bool) -> ColourProfile:
+def learn_from_frame(
+    frame: Frame,
+    plan: StageConfig,
+    base: ColourProfile | None,
+    clicks: Mapping[str, Any],
+    find_colours: bool,
+) -> ColourProfile:
     """Return a profile from clicks by colour, from what is found in the picture, or from both: clicks win."""
     found = base
     if find_colours:
-        found = (colour_profile_for(frame.pixels, plan) if base is None else
-                 automatic_profile(base.name, frame.pixels, tuple(base.colours), base))
+        found = (
+            colour_profile_for(frame.pixels, plan)
+            if base is None
+            else automatic_profile(base.name, frame.pixels, tuple(base.colours), base)
+        )
     if not any(clicks.values()):
         return found if found is not None else colour_profile_for(frame.pixels, plan)
     clicked = colour_profile_for(frame.pixels, plan, base, clicks)
     if not find_colours or found is None:
         return clicked
     others = {colour: samples for colour, samples in found.colours.items() if colour not in clicks}
-    return replace(clicked, name=found.name, notes=found.notes, colours={
-        **others, **{colour: clicked.colours[colour] for colour in clicks if colour in clicked.colours}})
+    return replace(
+        clicked,
+        name=found.name,
+        notes=found.notes,
+        colours={
+            **others,
+            **{colour: clicked.colours[colour] for colour in clicks if colour in clicked.colours},
+        },
+    )
 
 
 def _read(clicks: Clicks) -> dict[str, list[Click | Box]]:
@@ -135,22 +191,41 @@ def _read(clicks: Clicks) -> dict[str, list[Click | Box]]:
     found: dict[str, list[Click | Box]] = {}
     for colour, places in clicks.items():
         if colour != BACKGROUND and colour not in NAMES:
-            raise BadInput(f"Unknown colour: {str(colour)[:40]!r}.",
-                           f"Use one of: {', '.join(NAMES)}, {BACKGROUND}.", reason="unknown-colour")
+            raise BadInput(
+                f"Unknown colour: {str(colour)[:40]!r}.",
+                f"Use one of: {', '.join(NAMES)}, {BACKGROUND}.",
+                reason="unknown-colour",
+            )
         if len(places) > MAX_CLICKS or any(len(place) not in (2, 4) for place in places):
-            raise BadInput(say("detection.bad-samples", "The samples of {colour} are invalid, or more than {most}.",
-                               colour=colour, most=MAX_CLICKS),
-                           say("detection.sample-form", "Send [x, y] for a point, or [x0, y0, x1, y1] for a box."),
-                           reason="bad-clicks")
+            raise BadInput(
+                say(
+                    "detection.bad-samples",
+                    "The samples of {colour} are invalid, or more than {most}.",
+                    colour=colour,
+                    most=MAX_CLICKS,
+                ),
+                say(
+                    "detection.sample-form",
+                    "Send [x, y] for a point, or [x0, y0, x1, y1] for a box.",
+                ),
+                reason="bad-clicks",
+            )
         samples = found[colour] = []
         for place in places:
-            x, y, *end = as_points(np.reshape(place, (-1, 2)), f"The samples of {colour}").ravel().tolist()
+            x, y, *end = (
+                as_points(np.reshape(place, (-1, 2)), f"The samples of {colour}").ravel().tolist()
+            )
             samples.append((x, y, end[0], end[1]) if end else (x, y))
     return found
 
 
-def context_for(size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
-                mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None) -> StageContext:
+def context_for(
+    size: ImageSize,
+    profile: ColourProfile,
+    calibration: Calibration | None = None,
+    mm_per_px: float | None = None,
+    eye_mm: tuple[float, float, float] | None = None,
+) -> StageContext:
     """Return the stages' context; a calibration gives places, sizes, heights and where the field is."""
     if calibration is None:
         return StageContext(size, profile, FieldLocator.flat(size, mm_per_px or 1.0))
@@ -161,19 +236,31 @@ def context_for(size: ImageSize, profile: ColourProfile, calibration: Calibratio
     return StageContext(size, profile, view, field.hat_height_mm, ball, field_area(view, field))
 
 
-def pipeline_for(config: StageConfig, size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
-                 mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None,
-                 ) -> "StagePipeline | RectifiedDetector":
+def pipeline_for(
+    config: StageConfig,
+    size: ImageSize,
+    profile: ColourProfile,
+    calibration: Calibration | None = None,
+    mm_per_px: float | None = None,
+    eye_mm: tuple[float, float, float] | None = None,
+) -> "StagePipeline | RectifiedDetector":
     """Set up the stages of a camera. Conflict no-calibration where corrected pictures are asked for without one."""
     context = context_for(size, profile, calibration, mm_per_px, eye_mm)
     config = with_calibration_sigma(config, calibration)
     if not config.corrected:
         return StagePipeline(config, context)
     if calibration is None:
-        raise Conflict(say("detection.not-calibrated", "The image cannot be corrected, because there is no "
-                           "calibration."),
-                       say("detection.use-calibration", "Activate or select a calibration, or use the raw image."),
-                       reason="no-calibration")
+        raise Conflict(
+            say(
+                "detection.not-calibrated",
+                "The image cannot be corrected, because there is no calibration.",
+            ),
+            say(
+                "detection.use-calibration",
+                "Activate or select a calibration, or use the raw image.",
+            ),
+            reason="no-calibration",
+        )
     return RectifiedDetector(config, context, calibration)
 
 
@@ -182,9 +269,15 @@ def with_calibration_sigma(config: StageConfig, calibration: Calibration | None)
     sigma = (calibration.report.get("sigma_mm") or {}) if calibration is not None else {}
     carpet, hat = _each_way(sigma), _each_way(sigma.get("hat") or {})
     sigmas = {"calibration_sigma_mm": carpet, "hat_sigma_mm": hat or carpet}
-    return replace(config, stages=tuple(
-        (name, {**options, **{k: v for k, v in sigmas.items() if not options[k]}}) if name == "places"
-        else (name, options) for name, options in config.stages))
+    return replace(
+        config,
+        stages=tuple(
+            (name, {**options, **{k: v for k, v in sigmas.items() if not options[k]}})
+            if name == "places"
+            else (name, options)
+            for name, options in config.stages
+        ),
+    )
 
 
 def _each_way(sigma: Mapping[str, Any]) -> float:
@@ -196,7 +289,10 @@ def field_area(view: FieldLocator, field: Field) -> Pixels | None:
     """Return a mask (height, width), 255 where the field is or a robot on it; None where the model cannot tell."""
     w, h = view.image_size
     columns, rows = max(2, -(-w // _GRID_PX)), max(2, -(-h // _GRID_PX))
-    grid = np.stack(np.meshgrid((np.arange(columns) + 0.5) * w / columns, (np.arange(rows) + 0.5) * h / rows), -1)
+    grid = np.stack(
+        np.meshgrid((np.arange(columns) + 0.5) * w / columns, (np.arange(rows) + 0.5) * h / rows),
+        -1,
+    )
     reach = np.array([field.length_mm, field.width_mm]) / 2 + BESIDE_MM
     inside = np.zeros((rows, columns), bool)
     for z_mm in (0.0, field.hat_height_mm) if view.knows_heights else (0.0,):
@@ -208,14 +304,21 @@ def field_area(view: FieldLocator, field: Field) -> Pixels | None:
     return np.asarray(cv2.resize(cells, (w, h), interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
-def detections_image(pixels: Pixels, detections: Detections, view: FieldLocator,
-                     robot_mm: float = 90.0) -> Pixels:
+def detections_image(
+    pixels: Pixels, detections: Detections, view: FieldLocator, robot_mm: float = 90.0
+) -> Pixels:
     """Draw a ring around each thing, and each robot's front and number."""
     picture = pixels.copy()
     for item in detections.items:
-        paint = NAMES.get(item.team or "", NAMES["orange"] if item.kind == "ball" else (255, 255, 255))
+        paint = NAMES.get(
+            item.team or "", NAMES["orange"] if item.kind == "ball" else (255, 255, 255)
+        )
         turns = view.spread(np.array([item.pixel]), item.z_mm)[1][0]
-        px_per_mm = np.linalg.inv(turns) if np.isfinite(turns).all() and np.linalg.det(turns) else np.zeros((2, 2))
+        px_per_mm = (
+            np.linalg.inv(turns)
+            if np.isfinite(turns).all() and np.linalg.det(turns)
+            else np.zeros((2, 2))
+        )
         radius = 1.4 * np.sqrt(item.area_px / np.pi) + 3
         if item.kind == "robot":
             radius = max(radius, robot_mm * float(np.sqrt(abs(np.linalg.det(px_per_mm)))))
@@ -225,26 +328,51 @@ def detections_image(pixels: Pixels, detections: Detections, view: FieldLocator,
         if item.orientation_rad is not None:
             way = px_per_mm @ np.array([np.cos(item.orientation_rad), np.sin(item.orientation_rad)])
             way = way / max(float(np.hypot(*way)), 1e-9) * radius
-            cv2.line(picture, at, (round(at[0] + way[0]), round(at[1] + way[1])), paint, 2, cv2.LINE_AA)
+            cv2.line(
+                picture, at, (round(at[0] + way[0]), round(at[1] + way[1])), paint, 2, cv2.LINE_AA
+            )
         if item.kind == "robot":
             spot = (at[0] + 5, at[1] - round(radius) - 3)
             for colour, width in (((0, 0, 0), 3), ((255, 255, 255), 1)):
-                cv2.putText(picture, "?" if item.id is None else str(item.id), spot, cv2.FONT_HERSHEY_SIMPLEX, 0.5,
-                            colour, width, cv2.LINE_AA)
+                cv2.putText(
+                    picture,
+                    "?" if item.id is None else str(item.id),
+                    spot,
+                    cv2.FONT_HERSHEY_SIMPLEX,
+                    0.5,
+                    colour,
+                    width,
+                    cv2.LINE_AA,
+                )
     return picture
 
 
-def detection_json(result: FrameResult | None, seq: int, time_s: float, size: ImageSize,
-                   calibration: Calibration | None, notes: tuple[str, ...], fps: float) -> dict[str, Any]:
+def detection_json(
+    result: FrameResult | None,
+    seq: int,
+    time_s: float,
+    size: ImageSize,
+    calibration: Calibration | None,
+    notes: tuple[str, ...],
+    fps: float,
+) -> dict[str, Any]:
     """Return what was detected in a frame of a live camera or a clip; result: None where it could not be processed."""
     items = result.detections.items if result else ()
     took = dict(result.took_ms) if result else {}
-    return stated({
-        "seq": seq, "time_s": round(time_s, 4), "width": size.width, "height": size.height,
-        "calibration": calibration.id if calibration else None, "items": [_rounded(i.to_json()) for i in items],
-        "stages": [{"name": name, "ms": round(ms, 3)} for name, ms in took.items()],
-        "ms": round(sum(took.values()), 3), "notes": [*notes, *(result.notes if result else ())],
-        "fps": round(fps, 2)})
+    return stated(
+        {
+            "seq": seq,
+            "time_s": round(time_s, 4),
+            "width": size.width,
+            "height": size.height,
+            "calibration": calibration.id if calibration else None,
+            "items": [_rounded(i.to_json()) for i in items],
+            "stages": [{"name": name, "ms": round(ms, 3)} for name, ms in took.items()],
+            "ms": round(sum(took.values()), 3),
+            "notes": [*notes, *(result.notes if result else ())],
+            "fps": round(fps, 2),
+        }
+    )
 
 
 def _rounded(value: Any) -> Any:
@@ -264,7 +392,9 @@ class _RectifiedCamera:
     image_size: ImageSize
 
     def raw(self, pixels: Points) -> Points:
-        return self.model.raw_from_corrected(self.shown.corrected_from_view(self.model, np.asarray(pixels, float)))
+        return self.model.raw_from_corrected(
+            self.shown.corrected_from_view(self.model, np.asarray(pixels, float))
+        )
 
     def corrected_from_raw(self, pixels: Points) -> Points:
         return self.shown.corrected_from_view(self.model, np.asarray(pixels, float))
@@ -284,7 +414,9 @@ class RectifiedDetector:
     BESIDE_MM of carpet around the region is shown as well.
     """
 
-    def __init__(self, config: StageConfig, context: StageContext, calibration: Calibration) -> None:
+    def __init__(
+        self, config: StageConfig, context: StageContext, calibration: Calibration
+    ) -> None:
         self.config, self.context = config, context
         model, field, region = Restored.of(calibration)
         margin_px = round(BESIDE_MM * model.corrected_size.width / region.width_mm)
@@ -296,9 +428,15 @@ class RectifiedDetector:
         shown = CorrectedView(margin_px, int(np.clip(width_px, 64, MAX_RECTIFIED_WIDTH_PX)))
         self._straight = _RectifiedCamera(model, shown, shown.size(model))
         self._map = correction_map(model, shown)
-        view = FieldLocator(self._straight.image_size, self._straight, eye_mm=context.view.eye_mm,
-                             has_rays=isinstance(model, RayModel))
-        self._inside = replace(context, image_size=self._straight.image_size, view=view, within=field_area(view, field))
+        view = FieldLocator(
+            self._straight.image_size,
+            self._straight,
+            eye_mm=context.view.eye_mm,
+            has_rays=isinstance(model, RayModel),
+        )
+        self._inside = replace(
+            context, image_size=self._straight.image_size, view=view, within=field_area(view, field)
+        )
         self._inner: StagePipeline | None = None
 
     def _pipeline(self, pixels: Pixels, rectified: Pixels) -> StagePipeline:
@@ -306,27 +444,49 @@ class RectifiedDetector:
         if self._inner is None:
             profile = self._inside.profile
             if profile.light is not None:
-                blue, green, red = (float(v * ((b + 1) / (a + 1))) for v, a, b in zip(
-                    profile.light, mean_light(pixels), mean_light(rectified), strict=True))
+                blue, green, red = (
+                    float(v * ((b + 1) / (a + 1)))
+                    for v, a, b in zip(
+                        profile.light, mean_light(pixels), mean_light(rectified), strict=True
+                    )
+                )
                 profile = replace(profile, light=(blue, green, red))
             self._inner = StagePipeline(self.config, replace(self._inside, profile=profile))
         return self._inner
 
-    def process(self, pixels: Pixels, *, clock: Callable[[], float] | None = None,
-                pictures: Collection[str] = (), camera: str | None = None, frame: int | None = None,
-                time_s: float | None = None) -> FrameResult:
+    def process(
+        self,
+        pixels: Pixels,
+        *,
+        clock: Callable[[], float] | None = None,
+        pictures: Collection[str] = (),
+        camera: str | None = None,
+        frame: int | None = None,
+        time_s: float | None = None,
+    ) -> FrameResult:
         """As StagePipeline.process; the stages' pictures are corrected ones."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if size != self.context.image_size:
-            raise BadInput(other_image_size(size, self.context.image_size), CALIBRATE_THIS_SIZE, reason="size-mismatch")
+            raise BadInput(
+                other_image_size(size, self.context.image_size),
+                CALIBRATE_THIS_SIZE,
+                reason="size-mismatch",
+            )
         began = clock() if clock else 0.0
         rectified = self._map.apply(pixels)
         took = {RECTIFY: 1000 * (clock() - began)} if clock else {}
-        seen = self._pipeline(pixels, rectified).process(rectified, clock=clock, pictures=pictures, camera=camera,
-                                                         frame=frame, time_s=time_s)
+        seen = self._pipeline(pixels, rectified).process(
+            rectified, clock=clock, pictures=pictures, camera=camera, frame=frame, time_s=time_s
+        )
         items = seen.detections.items
         raw = self._straight.raw(np.array([item.pixel for item in items]).reshape(-1, 2))
-        found = tuple(replace(item, pixel=(float(x), float(y))) for item, (x, y) in zip(items, raw, strict=True)
-                      if np.isfinite((x, y)).all())
-        return replace(seen, detections=replace(seen.detections, items=found, image_size=size),
-                       took_ms={**took, **seen.took_ms})
+        found = tuple(
+            replace(item, pixel=(float(x), float(y)))
+            for item, (x, y) in zip(items, raw, strict=True)
+            if np.isfinite((x, y)).all()
+        )
+        return replace(
+            seen,
+            detections=replace(seen.detections, items=found, image_size=size),
+            took_ms={**took, **seen.took_ms},
+        )

@@ -27,12 +27,22 @@ class NoiseReduction(Stage):
     TITLE: ClassVar = "Noise reduction"
     HELP: ClassVar = "Reduces image noise before colour classification."
     OPTIONS: ClassVar = (
-        Option("method", "choice", "none", "Method: none, the median of 3 × 3, bilateral, or over time.",
-               choices=("none", "median", "bilateral", "temporal")),
+        Option(
+            "method",
+            "choice",
+            "none",
+            "Method: none, the median of 3 × 3, bilateral, or over time.",
+            choices=("none", "median", "bilateral", "temporal"),
+        ),
         Option("strength", "float", 0.6, "Over time: weight of the past frames.", (0, 0.95)),
-        Option("still", "float", 18.0, "Over time: pixels that change by more are treated as moving and are not "
-                                       "filtered.", (1, 255),
-               "grey levels"),
+        Option(
+            "still",
+            "float",
+            18.0,
+            "Over time: pixels that change by more are treated as moving and are not filtered.",
+            (1, 255),
+            "grey levels",
+        ),
     )
 
     def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
@@ -76,10 +86,17 @@ _MAX_GAIN, _MIN_GAIN = 2.5, 0.4  # beyond that, the picture shows something else
 class Colours(Stage):
     NAME: ClassVar = "colours"
     TITLE: ClassVar = "Colours"
-    HELP: ClassVar = "Classifies the colour of each pixel with a lookup table, learned from a few samples."
+    HELP: ClassVar = (
+        "Classifies the colour of each pixel with a lookup table, learned from a few samples."
+    )
     OPTIONS: ClassVar = (
-        Option("everywhere", "names", ("orange", "yellow", "blue"), "Colours that are searched for in the whole image.",
-               choices=tuple(NAMES)),
+        Option(
+            "everywhere",
+            "names",
+            ("orange", "yellow", "blue"),
+            "Colours that are searched for in the whole image.",
+            choices=tuple(NAMES),
+        ),
         Option("follow", "bool", True, "Follow slow changes of the light."),
     )
 
@@ -137,15 +154,25 @@ def _codes(pixels: Picture) -> np.ndarray:
 class Edges(Stage):
     NAME: ClassVar = "edges"
     TITLE: ClassVar = "Edges"
-    HELP: ClassVar = "Measures the gradient of the image at each pixel. Blobs are weighted by their edges."
+    HELP: ClassVar = (
+        "Measures the gradient of the image at each pixel. Blobs are weighted by their edges."
+    )
     OPTIONS: ClassVar = (
-        Option("channel", "choice", "all", "Grey only, or the largest gradient of the three colours.",
-               choices=("grey", "all")),
+        Option(
+            "channel",
+            "choice",
+            "all",
+            "Grey only, or the largest gradient of the three colours.",
+            choices=("grey", "all"),
+        ),
     )
 
     def run(self, state: FrameState) -> FrameState:
-        planes = (cv2.split(state.clean) if self._options["channel"] == "all"
-                  else [cv2.cvtColor(state.clean, cv2.COLOR_BGR2GRAY)])
+        planes = (
+            cv2.split(state.clean)
+            if self._options["channel"] == "all"
+            else [cv2.cvtColor(state.clean, cv2.COLOR_BGR2GRAY)]
+        )
         steepest = _steep(planes[0])
         for plane in planes[1:]:
             cv2.max(steepest, _steep(plane), steepest)
@@ -176,12 +203,26 @@ class FindBlobs(Stage):
     TITLE: ClassVar = "Blobs"
     HELP: ClassVar = "Joins pixels of one colour into patches and measures them."
     OPTIONS: ClassVar = (
-        Option("least_px", "float", 6.0, "Smaller patches are treated as noise.", (1, 10_000), "px"),
-        Option("least_mm2", "float", 250.0, "Smaller patches are treated as noise. The size is computed with the "
-                                            "calibration.", (0, 1e6), "mm²"),
+        Option(
+            "least_px", "float", 6.0, "Smaller patches are treated as noise.", (1, 10_000), "px"
+        ),
+        Option(
+            "least_mm2",
+            "float",
+            250.0,
+            "Smaller patches are treated as noise. The size is computed with the calibration.",
+            (0, 1e6),
+            "mm²",
+        ),
         Option("most_mm2", "float", 40_000.0, "Larger patches are ignored.", (10, 1e8), "mm²"),
-        Option("join_px", "int", 0, "Gaps up to this many pixels are closed between pixels of one colour.", (0, 3),
-               "px"),
+        Option(
+            "join_px",
+            "int",
+            0,
+            "Gaps up to this many pixels are closed between pixels of one colour.",
+            (0, 3),
+            "px",
+        ),
     )
 
     def run(self, state: FrameState) -> FrameState:
@@ -194,9 +235,15 @@ class FindBlobs(Stage):
             blobs = blobs.only(np.isin(np.arange(len(blobs)), np.argsort(-blobs.area)[:_MAX_BLOBS]))
         if len(blobs):
             size = blobs.area * self._context.view.scale(blobs.middle) ** 2
-            blobs = blobs.only((size >= self._options["least_mm2"]) & (size <= self._options["most_mm2"]))
+            blobs = blobs.only(
+                (size >= self._options["least_mm2"]) & (size <= self._options["most_mm2"])
+            )
         if len(blobs):
-            blobs = replace(blobs, middle=fine_middles(state.clean, blobs, labels), sharpness=_rims(state, blobs))
+            blobs = replace(
+                blobs,
+                middle=fine_middles(state.clean, blobs, labels),
+                sharpness=_rims(state, blobs),
+            )
         return replace(state, blobs=blobs, notes=state.notes + notes)
 
     def _without_floods(self, state: FrameState) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -207,16 +254,25 @@ class FindBlobs(Stage):
             return state.labels, ()
         keep = np.arange(256, dtype=np.uint8)
         keep[flooded] = 0
-        notes = tuple(say("note.colour-everywhere", "The colour {colour} covers {share:.0f} % of the image and is "
-                          "ignored. Learn it again.", colour=colour_name(state.colours[i - 1]),
-                          share=100 * thin[i] / thin.sum()) for i in flooded)
+        notes = tuple(
+            say(
+                "note.colour-everywhere",
+                "The colour {colour} covers {share:.0f} % of the image and is "
+                "ignored. Learn it again.",
+                colour=colour_name(state.colours[i - 1]),
+                share=100 * thin[i] / thin.sum(),
+            )
+            for i in flooded
+        )
         return np.asarray(cv2.LUT(state.labels, keep), np.uint8), notes
 
     def picture(self, state: FrameState) -> Picture:
         """Each patch's box in its colour, and its middle."""
         drawn = state.clean // 2
         blobs = state.blobs
-        for colour, (x0, y0, x1, y1), (x, y) in zip(blobs.colour, blobs.box.tolist(), blobs.middle, strict=True):
+        for colour, (x0, y0, x1, y1), (x, y) in zip(
+            blobs.colour, blobs.box.tolist(), blobs.middle, strict=True
+        ):
             paint = NAMES[state.colours[colour - 1]]
             cv2.rectangle(drawn, (x0 - 2, y0 - 2), (x1 + 2, y1 + 2), paint, 1)
             cv2.circle(drawn, (round(16 * x), round(16 * y)), 16, paint, -1, cv2.LINE_AA, 4)
@@ -239,5 +295,8 @@ def _rims(state: FrameState, blobs: Blobs) -> np.ndarray:
     middle = (blobs.box[:, :2] + blobs.box[:, 2:]) / 2
     ring = middle[:, None] + half[:, None] * np.stack([np.cos(turn), np.sin(turn)], -1)
     h, w = state.sharpness.shape
-    x, y = np.clip(np.rint(ring[..., 0]), 0, w - 1).astype(int), np.clip(np.rint(ring[..., 1]), 0, h - 1).astype(int)
+    x, y = (
+        np.clip(np.rint(ring[..., 0]), 0, w - 1).astype(int),
+        np.clip(np.rint(ring[..., 1]), 0, h - 1).astype(int),
+    )
     return state.sharpness[y, x].mean(axis=1)

@@ -55,8 +55,11 @@ MAX_CLIP_BYTES = 120_000_000
 CLIP_QUALITY = 92
 SILENT_S = 3.0
 NICE = 10  # niceness: the picture and the detections go first
-NO_POSITIONS = say("note.no-positions", "This camera has no active calibration. Sizes are estimated from its field, "
-                   "and positions are not available.")
+NO_POSITIONS = say(
+    "note.no-positions",
+    "This camera has no active calibration. Sizes are estimated from its field, "
+    "and positions are not available.",
+)
 
 
 @dataclass
@@ -144,20 +147,33 @@ class LiveDetector:
                     what = error.what
                 else:
                     what = type(error).__name__
-                    self._failures.add(say("camera-failure.detection", "Object detection failed"), error)
-                self._send_result(taken, request, None, (f"Object detection failed for this image: {what}",))
+                    self._failures.add(
+                        say("camera-failure.detection", "Object detection failed"), error
+                    )
+                self._send_result(
+                    taken, request, None, (f"Object detection failed for this image: {what}",)
+                )
                 if not isinstance(error, BadImage):  # the next one is whole again
                     self._state = None
                     self._changed.wait(RETRY_S)
                     self._changed.clear()
 
-    def _process(self, taken: CapturedFrame, request: Mapping[str, Any],
-                 streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
+    def _process(
+        self,
+        taken: CapturedFrame,
+        request: Mapping[str, Any],
+        streams: Mapping[int, tuple[StreamSpec, float]],
+    ) -> None:
         state = self._state_for(taken, request)
         due = self._renderer.due(streams, taken)
         stages = {stage for spec in due.values() if (stage := stage_of(spec.view)) is not None}
-        result = state.pipeline.process(taken.frame.pixels, clock=time.thread_time, pictures=stages, frame=taken.seq,
-                                 time_s=taken.time)
+        result = state.pipeline.process(
+            taken.frame.pixels,
+            clock=time.thread_time,
+            pictures=stages,
+            frame=taken.seq,
+            time_s=taken.time,
+        )
         self._rate.add(time.monotonic())
         self._send_result(taken, request, result, state.notes)
         if due:
@@ -166,25 +182,54 @@ class LiveDetector:
     def _state_for(self, taken: CapturedFrame, request: Mapping[str, Any]) -> DetectorState:
         """Return the stages, set up anew where the plan, the colours, the calibration or the picture's size changed."""
         size, applied = taken.frame.size, self._calibration
-        calibration = applied.record if applied is not None and applied.record.image_size == size else None
-        key = (request["plan"], request["profile"], calibration.id if calibration else None, size, request["extent_mm"])
+        calibration = (
+            applied.record if applied is not None and applied.record.image_size == size else None
+        )
+        key = (
+            request["plan"],
+            request["profile"],
+            calibration.id if calibration else None,
+            size,
+            request["extent_mm"],
+        )
         if (state := self._state) is None or key != state.key:
             plan, given = StageConfig.from_json(request["plan"]), request["profile"]
-            profile = ColourProfile.from_json(given) if given else colour_profile_for(taken.frame.pixels, plan)
+            profile = (
+                ColourProfile.from_json(given)
+                if given
+                else colour_profile_for(taken.frame.pixels, plan)
+            )
             notes = (*profile.notes, *(() if calibration else (NO_POSITIONS,)))
-            scale = None if calibration else request["extent_mm"] / (size.width**2 + size.height**2) ** 0.5
-            state = self._state = DetectorState(key, pipeline_for(plan, size, profile, calibration, scale), calibration,
-                                                notes)
+            scale = (
+                None
+                if calibration
+                else request["extent_mm"] / (size.width**2 + size.height**2) ** 0.5
+            )
+            state = self._state = DetectorState(
+                key, pipeline_for(plan, size, profile, calibration, scale), calibration, notes
+            )
             self._rate.clear()
             self.learned = None if given else replace(profile, name="found").to_json()
         return state
 
-    def _send_result(self, taken: CapturedFrame, request: Mapping[str, Any], result: FrameResult | None,
-                     notes: tuple[str, ...]) -> None:
+    def _send_result(
+        self,
+        taken: CapturedFrame,
+        request: Mapping[str, Any],
+        result: FrameResult | None,
+        notes: tuple[str, ...],
+    ) -> None:
         calibration = None if self._state is None else self._state.calibration
         interval_s = self._rate.interval_s
-        head = detection_json(result, taken.seq, taken.time, taken.frame.size, calibration, notes,
-                              1 / interval_s if interval_s else 0.0)
+        head = detection_json(
+            result,
+            taken.seq,
+            taken.time,
+            taken.frame.size,
+            calibration,
+            notes,
+            1 / interval_s if interval_s else 0.0,
+        )
         packet = b""
         if request["publish"] and result is not None and calibration is not None:
             packet = detection_packet(result.detections, request["camera_number"], time.time())
@@ -198,18 +243,30 @@ class StageRenderer:
         self._send_picture, self._failures = send_picture, failures
         self._rates: dict[int, Rate] = {}
         self._came = threading.Event()
-        self._work: tuple[CapturedFrame, FrameResult, Mapping[int, StreamSpec], FieldLocator] | None = None
+        self._work: (
+            tuple[CapturedFrame, FrameResult, Mapping[int, StreamSpec], FieldLocator] | None
+        ) = None
 
-    def due(self, streams: Mapping[int, tuple[StreamSpec, float]], taken: CapturedFrame) -> dict[int, StreamSpec]:
+    def due(
+        self, streams: Mapping[int, tuple[StreamSpec, float]], taken: CapturedFrame
+    ) -> dict[int, StreamSpec]:
         """Return which of these a frame is to be drawn for; none while another is being drawn."""
         self._rates = {number: self._rates.get(number) or Rate() for number in streams}
         if self._work is not None:
             return {}
-        return {number: spec for number, (spec, interval_s) in streams.items()
-                if self._rates[number].is_due(taken.moment, max(interval_s, MIN_DRAWING_S))}
+        return {
+            number: spec
+            for number, (spec, interval_s) in streams.items()
+            if self._rates[number].is_due(taken.moment, max(interval_s, MIN_DRAWING_S))
+        }
 
-    def offer(self, taken: CapturedFrame, result: FrameResult, streams: Mapping[int, StreamSpec],
-              view: FieldLocator) -> None:
+    def offer(
+        self,
+        taken: CapturedFrame,
+        result: FrameResult,
+        streams: Mapping[int, StreamSpec],
+        view: FieldLocator,
+    ) -> None:
         self._work = (taken, result, streams, view)
         self._came.set()
 
@@ -219,19 +276,30 @@ class StageRenderer:
             self._came.wait()
             self._came.clear()
             if self._work is not None:
-                with self._failures.surviving(say("camera-failure.drawing", "Detections are not drawn")):
+                with self._failures.surviving(
+                    say("camera-failure.drawing", "Detections are not drawn")
+                ):
                     self._render(*self._work)
                 self._work = None
 
-    def _render(self, taken: CapturedFrame, result: FrameResult, streams: Mapping[int, StreamSpec],
-                view: FieldLocator) -> None:
+    def _render(
+        self,
+        taken: CapturedFrame,
+        result: FrameResult,
+        streams: Mapping[int, StreamSpec],
+        view: FieldLocator,
+    ) -> None:
         marked = None
         for number, spec in streams.items():
             begin = time.monotonic()
             if (stage := stage_of(spec.view)) is not None:
                 picture = result.pictures.get(stage)  # None: the plan has no such stage now
             else:
-                marked = detections_image(taken.frame.pixels, result.detections, view) if marked is None else marked
+                marked = (
+                    detections_image(taken.frame.pixels, result.detections, view)
+                    if marked is None
+                    else marked
+                )
                 picture = marked
             if picture is None:
                 continue
@@ -241,9 +309,16 @@ class StageRenderer:
             except TouchlineError:
                 continue
             raw = taken.frame.size
-            head = {"seq": taken.seq, "time": taken.time, "view": spec.view, "width": pixels.shape[1],
-                    "height": pixels.shape[0], "raw_width": raw.width, "raw_height": raw.height,
-                    "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}
+            head = {
+                "seq": taken.seq,
+                "time": taken.time,
+                "view": spec.view,
+                "width": pixels.shape[1],
+                "height": pixels.shape[0],
+                "raw_width": raw.width,
+                "raw_height": raw.height,
+                "spent_ms": round(1e3 * (time.monotonic() - begin), 2),
+            }
             self._send_picture(number, encode_body(head, jpeg))
 
 
@@ -288,9 +363,14 @@ class FrameBuffer:
         finally:
             with self._changed:
                 self._requests -= 1
-        items = [{"seq": one.seq, "time_s": round(one.time_s, 4), "bytes": len(one.jpeg)} for one in frames]
+        items = [
+            {"seq": one.seq, "time_s": round(one.time_s, 4), "bytes": len(one.jpeg)}
+            for one in frames
+        ]
         size = frames[-1].size
-        return {"width": size.width, "height": size.height, "frames": items}, b"".join(one.jpeg for one in frames)
+        return {"width": size.width, "height": size.height, "frames": items}, b"".join(
+            one.jpeg for one in frames
+        )
 
     def _collect(self, seconds: float) -> list[BufferedFrame]:
         silent_until = time.monotonic() + SILENT_S
@@ -301,7 +381,11 @@ class FrameBuffer:
                 frames = list(self._frames)
             if frames and frames[-1].seq != newest:
                 newest, silent_until = frames[-1].seq, time.monotonic() + SILENT_S
-                clip = [one for one in frames if one.moment >= frames[-1].moment - seconds - 0.5 / CLIP_FPS]
+                clip = [
+                    one
+                    for one in frames
+                    if one.moment >= frames[-1].moment - seconds - 0.5 / CLIP_FPS
+                ]
                 full = frames[0].moment <= frames[-1].moment - seconds + 1.5 / CLIP_FPS
                 if full or self._bytes > 0.9 * MAX_CLIP_BYTES:
                     return clip
@@ -335,7 +419,9 @@ class FrameBuffer:
                 self._clear()  # a clip is of one size
             self._frames.append(frame)
             self._bytes += len(frame.jpeg)
-            while self._bytes > MAX_CLIP_BYTES or frame.moment - self._frames[0].moment > MAX_CLIP_S:
+            while (
+                self._bytes > MAX_CLIP_BYTES or frame.moment - self._frames[0].moment > MAX_CLIP_S
+            ):
                 self._bytes -= len(self._frames.popleft().jpeg)
             self._changed.notify_all()
 
@@ -345,9 +431,20 @@ class FrameBuffer:
 
 
 def _encoded(pixels: NDArray[np.uint8]) -> bytes:
-    done, buffer = cv2.imencode(".jpg", np.ascontiguousarray(pixels), [
-        cv2.IMWRITE_JPEG_QUALITY, CLIP_QUALITY, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444])
+    done, buffer = cv2.imencode(
+        ".jpg",
+        np.ascontiguousarray(pixels),
+        [
+            cv2.IMWRITE_JPEG_QUALITY,
+            CLIP_QUALITY,
+            cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
+            cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+        ],
+    )
     if not done:
-        raise BadImage(say("frame.not-encodable", "A frame could not be encoded."),
-                       say("frame.check-picture", "Check the camera's picture."), reason="not-encodable")
+        raise BadImage(
+            say("frame.not-encodable", "A frame could not be encoded."),
+            say("frame.check-picture", "Check the camera's picture."),
+            reason="not-encodable",
+        )
     return buffer.tobytes()

@@ -29,8 +29,21 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
 
 Kind = Literal["ball", "robot", "marker"]
 Covariance = tuple[tuple[float, float], tuple[float, float]]
-_KEYS = {"kind", "team", "id", "pixel", "x_mm", "y_mm", "z_mm", "orientation_deg", "confidence", "covariance_mm2",
-         "orientation_sigma_deg", "area_px", "on_carpet"}
+_KEYS = {
+    "kind",
+    "team",
+    "id",
+    "pixel",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "orientation_deg",
+    "confidence",
+    "covariance_mm2",
+    "orientation_sigma_deg",
+    "area_px",
+    "on_carpet",
+}
 _FORM = "Give the result of to_json of a detection."
 MAX_PER_KIND = 100  # of a kind: a datagram must hold them
 
@@ -62,12 +75,23 @@ class Detection:
     on_carpet: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        return {"kind": self.kind, "team": self.team, "id": self.id, "pixel": list(self.pixel), "x_mm": self.x_mm,
-                "y_mm": self.y_mm, "z_mm": self.z_mm, "orientation_deg": _degrees(self.orientation_rad),
-                "confidence": self.confidence,
-                "covariance_mm2": None if self.covariance_mm2 is None else [list(row) for row in self.covariance_mm2],
-                "orientation_sigma_deg": _degrees(self.orientation_sigma_rad), "area_px": self.area_px,
-                "on_carpet": self.on_carpet}
+        return {
+            "kind": self.kind,
+            "team": self.team,
+            "id": self.id,
+            "pixel": list(self.pixel),
+            "x_mm": self.x_mm,
+            "y_mm": self.y_mm,
+            "z_mm": self.z_mm,
+            "orientation_deg": _degrees(self.orientation_rad),
+            "confidence": self.confidence,
+            "covariance_mm2": None
+            if self.covariance_mm2 is None
+            else [list(row) for row in self.covariance_mm2],
+            "orientation_sigma_deg": _degrees(self.orientation_sigma_rad),
+            "area_px": self.area_px,
+            "on_carpet": self.on_carpet,
+        }
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
@@ -77,16 +101,30 @@ class Detection:
         kind, team, number = value["kind"], value["team"], value["id"]
         if kind not in get_args(Kind) or not isinstance(team, str | None):
             raise _refused("The kind of a detection is unknown.")
-        if not (number is None or (type(number) is int and 0 <= number < 256)) or type(value["on_carpet"]) is not bool:
+        if (
+            not (number is None or (type(number) is int and 0 <= number < 256))
+            or type(value["on_carpet"]) is not bool
+        ):
             raise _refused("The id of a detection is not a valid number.")
         covariance = None
         if value["covariance_mm2"] is not None:
             first, second = _pair(value["covariance_mm2"])
             covariance = _pair_of_numbers(first), _pair_of_numbers(second)
-        return cls(kind, _pair_of_numbers(value["pixel"]), team, number, _number(value["x_mm"]), _number(value["y_mm"]),
-                   _number(value["z_mm"], False), _radians(value["orientation_deg"]),
-                   _number(value["confidence"], False), covariance, _radians(value["orientation_sigma_deg"]),
-                   _number(value["area_px"], False), value["on_carpet"])
+        return cls(
+            kind,
+            _pair_of_numbers(value["pixel"]),
+            team,
+            number,
+            _number(value["x_mm"]),
+            _number(value["y_mm"]),
+            _number(value["z_mm"], False),
+            _radians(value["orientation_deg"]),
+            _number(value["confidence"], False),
+            covariance,
+            _radians(value["orientation_sigma_deg"]),
+            _number(value["area_px"], False),
+            value["on_carpet"],
+        )
 
 
 @dataclass(frozen=True)
@@ -103,8 +141,13 @@ class Detections:
         return tuple(item for item in self.items if item.kind == kind)
 
     def to_json(self) -> dict[str, Any]:
-        return {"camera": self.camera, "frame": self.frame, "time": self.time_s, "image_size": list(self.image_size),
-                "detections": [item.to_json() for item in self.items]}
+        return {
+            "camera": self.camera,
+            "frame": self.frame,
+            "time": self.time_s,
+            "image_size": list(self.image_size),
+            "detections": [item.to_json() for item in self.items],
+        }
 
 
 def _degrees(angle: float | None) -> float | None:
@@ -146,25 +189,56 @@ def detection_packet(detections: Detections, camera_number: int, sent_s: float) 
     counter-clockwise from field x, pixels raw. What has no place, or a team that the league has not, is left out; a
     robot whose pattern is not readable goes without a number.
     """
-    placed = [(item, item.x_mm, item.y_mm) for item in detections.items
-              if item.x_mm is not None and item.y_mm is not None]
-    robots = {team: [_robot(*at) for at in placed if at[0].kind == "robot" and at[0].team == team][:MAX_PER_KIND]
-              for team in ("yellow", "blue")}
+    placed = [
+        (item, item.x_mm, item.y_mm)
+        for item in detections.items
+        if item.x_mm is not None and item.y_mm is not None
+    ]
+    robots = {
+        team: [_robot(*at) for at in placed if at[0].kind == "robot" and at[0].team == team][
+            :MAX_PER_KIND
+        ]
+        for team in ("yellow", "blue")
+    }
     balls = [_ball(*at) for at in placed if at[0].kind == "ball"][:MAX_PER_KIND]
-    frame = build(SSL_DetectionFrame, frame_number=(detections.frame or 0) % 2**32,
-                  t_capture=detections.time_s or sent_s, t_sent=sent_s, camera_id=camera_number, balls=balls,
-                  robots_yellow=robots["yellow"], robots_blue=robots["blue"])
+    frame = build(
+        SSL_DetectionFrame,
+        frame_number=(detections.frame or 0) % 2**32,
+        t_capture=detections.time_s or sent_s,
+        t_sent=sent_s,
+        camera_id=camera_number,
+        balls=balls,
+        robots_yellow=robots["yellow"],
+        robots_blue=robots["blue"],
+    )
     return encode(SSL_WrapperPacket(detection=frame, source=SSL_Source.OTHER))
 
 
 def _ball(item: Detection, x_mm: float, y_mm: float) -> SSL_DetectionBall:
-    return build(SSL_DetectionBall, confidence=item.confidence, area=max(0, round(item.area_px)), x=x_mm, y=y_mm,
-                 z=item.z_mm, pixel_x=item.pixel[0], pixel_y=item.pixel[1])
+    return build(
+        SSL_DetectionBall,
+        confidence=item.confidence,
+        area=max(0, round(item.area_px)),
+        x=x_mm,
+        y=y_mm,
+        z=item.z_mm,
+        pixel_x=item.pixel[0],
+        pixel_y=item.pixel[1],
+    )
 
 
 def _robot(item: Detection, x_mm: float, y_mm: float) -> SSL_DetectionRobot:
-    return build(SSL_DetectionRobot, confidence=item.confidence, robot_id=item.id, x=x_mm, y=y_mm,
-                 orientation=item.orientation_rad, pixel_x=item.pixel[0], pixel_y=item.pixel[1], height=item.z_mm)
+    return build(
+        SSL_DetectionRobot,
+        confidence=item.confidence,
+        robot_id=item.id,
+        x=x_mm,
+        y=y_mm,
+        orientation=item.orientation_rad,
+        pixel_x=item.pixel[0],
+        pixel_y=item.pixel[1],
+        height=item.z_mm,
+    )
 
 
 Jacobians = NDArray[np.float64]  # (n, 2, 2)
@@ -201,7 +275,10 @@ class FieldLocator:
         """(..., 2) px to (..., 2) mm in the plane at z_mm, on the carpet if heights are unknown; NaN out of reach."""
         pixels = np.asarray(pixels, float)
         if self.model is None:
-            return (pixels - np.array(self.image_size.centre)) * (self.flat_mm_per_px, -self.flat_mm_per_px)
+            return (pixels - np.array(self.image_size.centre)) * (
+                self.flat_mm_per_px,
+                -self.flat_mm_per_px,
+            )
         if self.has_rays:
             return self.model.unproject(pixels, z_mm)
         carpet = self.model.field_from_corrected(self.model.corrected_from_raw(pixels))
@@ -215,18 +292,27 @@ class FieldLocator:
         pixels = np.asarray(pixels, float).reshape(-1, 2)
         steps = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)]) * _STEP_PX
         found = self.field_from_raw(pixels[:, None] + steps, z_mm)
-        across, down = (found[:, 1] - found[:, 2]) / (2 * _STEP_PX), (found[:, 3] - found[:, 4]) / (2 * _STEP_PX)
+        across, down = (
+            (found[:, 1] - found[:, 2]) / (2 * _STEP_PX),
+            (found[:, 3] - found[:, 4]) / (2 * _STEP_PX),
+        )
         return found[:, 0], np.stack([across, down], axis=-1)
 
     def scale(self, pixels: Points) -> NDArray[np.float64]:
         """About how many mm a pixel is on the carpet, (n,), from a coarse table; NaN out of reach."""
-        at = np.asarray(pixels, float) / (np.array(tuple(self.image_size)) - 1) * (np.array(_GRID) - 1)
+        at = (
+            np.asarray(pixels, float)
+            / (np.array(tuple(self.image_size)) - 1)
+            * (np.array(_GRID) - 1)
+        )
         columns, rows = np.clip(np.rint(at), 0, np.array(_GRID) - 1).astype(int).T
         return self._scales[rows, columns]
 
     @cached_property
     def _scales(self) -> NDArray[np.float64]:
         w, h = self.image_size
-        grid = np.stack(np.meshgrid(np.linspace(0, w - 1, _GRID[0]), np.linspace(0, h - 1, _GRID[1])), axis=-1)
+        grid = np.stack(
+            np.meshgrid(np.linspace(0, w - 1, _GRID[0]), np.linspace(0, h - 1, _GRID[1])), axis=-1
+        )
         turns = self.spread(grid.reshape(-1, 2))[1]
         return np.sqrt(np.abs(np.linalg.det(np.nan_to_num(turns)))).reshape(_GRID[1], _GRID[0])

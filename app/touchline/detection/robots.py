@@ -21,7 +21,14 @@ from numpy.typing import NDArray
 
 from touchline.core.geometry import Array, Points
 from touchline.core.options import Option
-from touchline.core.ssl_pattern import DOT_ANGLES, DOT_MM, DOTS_AT_MM, DOTS_MM, NUMBER_OF, TEAM_DOT_MM
+from touchline.core.ssl_pattern import (
+    DOT_ANGLES,
+    DOT_MM,
+    DOTS_AT_MM,
+    DOTS_MM,
+    NUMBER_OF,
+    TEAM_DOT_MM,
+)
 from touchline.detection.blobs import Blobs
 from touchline.detection.colours import as_bgr
 from touchline.detection.profile import NAMES, Bgr
@@ -58,7 +65,9 @@ def unmixing(first: Bgr, second: Bgr, light: Bgr = (1.0, 1.0, 1.0)) -> Array:
     return np.linalg.inv(mixed)[:2].astype(np.float32)
 
 
-def patterns_at(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, unmix: Array) -> Patterns:
+def patterns_at(
+    pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, unmix: Array
+) -> Patterns:
     """Of robots whose team's dots are at middles (n, 2) px; mm_per_px (n, 2, 2) there."""
     px_per_mm = np.asarray(np.linalg.inv(mm_per_px), np.float64)
     shares = _ring(pixels, middles, px_per_mm, unmix)
@@ -69,8 +78,14 @@ def patterns_at(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, un
     first, second = totals[..., 0], totals[..., 1]
     # of the four dots' area
     present = np.minimum(np.median(whole, axis=1) * scale / (0.35 * _DOT_AREA_MM2), 1)
-    return Patterns(middle, turn, rest, second > first, np.abs(second - first) / np.maximum(whole, 1e-9),
-                    whole / np.maximum(np.median(whole, axis=1), 1e-9)[:, None] * present[:, None])
+    return Patterns(
+        middle,
+        turn,
+        rest,
+        second > first,
+        np.abs(second - first) / np.maximum(whole, 1e-9),
+        whole / np.maximum(np.median(whole, axis=1), 1e-9)[:, None] * present[:, None],
+    )
 
 
 def _sample(pixels: NDArray[np.uint8], at: Points, unmix: Array) -> Array:
@@ -112,8 +127,14 @@ def _turned(cover: Array) -> Array:
     return np.argmax(level @ _TEMPLATE, axis=1) * (2 * np.pi / _TURNS)
 
 
-def _dots(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, px_per_mm: Array, turn: Array,
-          unmix: Array) -> tuple[Points, Array, Array]:
+def _dots(
+    pixels: NDArray[np.uint8],
+    middles: Points,
+    mm_per_px: Array,
+    px_per_mm: Array,
+    turn: Array,
+    unmix: Array,
+) -> tuple[Points, Array, Array]:
     """Middles of the four dots, (n, 4, 2) mm beside the place; shares of each, (n, 4, 2); mm² a sample, (n,)."""
     c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
     ahead, left = np.array(DOTS_MM).T
@@ -137,8 +158,9 @@ def _dots(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, px_per_m
     # Grain on the hull weighs a little everywhere, and would pull each middle to the window's.
     weight = np.maximum(weight - 0.25 * weight.max(axis=-1, keepdims=True), 0)
     total = weight.sum(axis=-1, keepdims=True)
-    found = base + np.matmul(weight[..., None, :], np.broadcast_to(away, (*weight.shape, 2)))[..., 0, :] / np.maximum(
-        total, 1e-9)
+    found = base + np.matmul(weight[..., None, :], np.broadcast_to(away, (*weight.shape, 2)))[
+        ..., 0, :
+    ] / np.maximum(total, 1e-9)
     return np.where(total > 1e-6, found, expected), share.sum(axis=2), scale**2 * step**2
 
 
@@ -172,15 +194,39 @@ _MAX_ROBOTS = 64
 class SslRobots(Stage):
     NAME: ClassVar = "butterfly"
     TITLE: ClassVar = "Butterfly patterns"
-    HELP: ClassVar = "Detects robots by the five dots of the Small Size League, with number and orientation."
+    HELP: ClassVar = (
+        "Detects robots by the five dots of the Small Size League, with number and orientation."
+    )
     OPTIONS: ClassVar = (
-        Option("least_size", "float", 0.3, "Smallest area of a team's dot, as a share of its expected area.",
-               (0.05, 1)),
-        Option("most_size", "float", 2.0, "Largest area of a team's dot, as a share of its expected area.", (1, 10)),
-        Option("rest_mm", "float", 9.0, "Largest distance of the dots from their expected positions, rms.", (1, 40),
-               "mm"),
-        Option("sure", "float", 0.25, "A dot is classified as pink or green if one exceeds the other by this share.",
-               (0, 1)),
+        Option(
+            "least_size",
+            "float",
+            0.3,
+            "Smallest area of a team's dot, as a share of its expected area.",
+            (0.05, 1),
+        ),
+        Option(
+            "most_size",
+            "float",
+            2.0,
+            "Largest area of a team's dot, as a share of its expected area.",
+            (1, 10),
+        ),
+        Option(
+            "rest_mm",
+            "float",
+            9.0,
+            "Largest distance of the dots from their expected positions, rms.",
+            (1, 40),
+            "mm",
+        ),
+        Option(
+            "sure",
+            "float",
+            0.25,
+            "A dot is classified as pink or green if one exceeds the other by this share.",
+            (0, 1),
+        ),
     )
 
     def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
@@ -197,16 +243,22 @@ class SslRobots(Stage):
         area_mm2 = blobs.area * np.abs(np.linalg.det(np.nan_to_num(mm_per_px)))
         low, high = (self._options[name] * _TEAM_DOT_MM2 for name in ("least_size", "most_size"))
         fits = np.isfinite(places).all(axis=1) & (area_mm2 >= low) & (area_mm2 <= high)
-        fits[np.flatnonzero(fits)[_MAX_ROBOTS * 4:]] = False
+        fits[np.flatnonzero(fits)[_MAX_ROBOTS * 4 :]] = False
         if not fits.any():
             return state
         blobs, places, mm_per_px = blobs.only(fits), places[fits], mm_per_px[fits]
-        found = patterns_at(state.clean, blobs.middle, mm_per_px, unmixing(self._pink, self._green, state.light))
+        found = patterns_at(
+            state.clean, blobs.middle, mm_per_px, unmixing(self._pink, self._green, state.light)
+        )
         chosen = self._without_overlaps(found, places)
         px_per_mm = np.linalg.inv(mm_per_px)
         middles = blobs.middle + np.einsum("nij,nj->ni", px_per_mm, found.middle)
-        return state.with_found(*(self._robot(found, i, teams[int(blobs.colour[i])], middles[i], blobs, z_mm)
-                                  for i in chosen))
+        return state.with_found(
+            *(
+                self._robot(found, i, teams[int(blobs.colour[i])], middles[i], blobs, z_mm)
+                for i in chosen
+            )
+        )
 
     def _without_overlaps(self, found: Patterns, places: np.ndarray) -> list[int]:
         """Return the patterns with three dots or more where they belong; of two that would overlap, the better."""
@@ -219,16 +271,29 @@ class SslRobots(Stage):
                 chosen.append(int(i))
         return chosen[:_MAX_ROBOTS]
 
-    def _robot(self, found: Patterns, i: int, team: str, middle: np.ndarray, blobs: Blobs, z_mm: float) -> Detection:
-        readable = bool((found.cover[i] > _HALF_THERE).all() and found.sure[i].min() >= self._options["sure"])
+    def _robot(
+        self, found: Patterns, i: int, team: str, middle: np.ndarray, blobs: Blobs, z_mm: float
+    ) -> Detection:
+        readable = bool(
+            (found.cover[i] > _HALF_THERE).all() and found.sure[i].min() >= self._options["sure"]
+        )
         number = NUMBER_OF[tuple(bool(g) for g in found.green[i])] if readable else None
-        fit = float(np.exp(-(found.rest_mm[i] / self._options["rest_mm"]) ** 2))
+        fit = float(np.exp(-((found.rest_mm[i] / self._options["rest_mm"]) ** 2)))
         confidence = fit * float(np.clip(found.sure[i].min(), 0, 1)) if readable else 0.5 * fit
         # Five dots, each off by what is left on average, at 65 mm from the middle.
         sigma = max(float(found.rest_mm[i]), 0.5) / (np.sqrt(4) * 65)
         turn = float((found.turn[i] + np.pi) % (2 * np.pi) - np.pi)
-        return Detection("robot", (float(middle[0]), float(middle[1])), team, number, z_mm=z_mm, orientation_rad=turn,
-                         confidence=confidence, orientation_sigma_rad=float(sigma), area_px=float(blobs.area[i]))
+        return Detection(
+            "robot",
+            (float(middle[0]), float(middle[1])),
+            team,
+            number,
+            z_mm=z_mm,
+            orientation_rad=turn,
+            confidence=confidence,
+            orientation_sigma_rad=float(sigma),
+            area_px=float(blobs.area[i]),
+        )
 
 
 def _usual(context: StageContext, name: str) -> Bgr:
@@ -244,20 +309,44 @@ _TURNED_RAD = 0.012  # a tenth of a pixel at each end of a tag of a dozen pixels
 class PatchRobots(Stage):
     NAME: ClassVar = "tags"
     TITLE: ClassVar = "Two-colour tags"
-    HELP: ClassVar = "Detects small robots by a team's patch and the robot's own colours next to it."
+    HELP: ClassVar = (
+        "Detects small robots by a team's patch and the robot's own colours next to it."
+    )
     OPTIONS: ClassVar = (
         Option("teams", "names", ("yellow", "blue"), "The teams' colours.", choices=tuple(NAMES)),
-        Option("numbers", "names", ("green", "pink", "cyan", "purple", "red"),
-               "The robot's own colours in the order of the numbers from 0. With two own patches, the number is first "
-               "· count + second.", choices=OWN),
-        Option("patches", "choice", "1", "Number of patches of its own that a robot has.", choices=("1", "2")),
-        Option("apart_mm", "float", 37.0, "Distance from the centre of the team's patch to the centre of the robot's "
-                                          "own patch.", (5, 200),
-               "mm"),
+        Option(
+            "numbers",
+            "names",
+            ("green", "pink", "cyan", "purple", "red"),
+            "The robot's own colours in the order of the numbers from 0. With two own patches, the number is first "
+            "· count + second.",
+            choices=OWN,
+        ),
+        Option(
+            "patches",
+            "choice",
+            "1",
+            "Number of patches of its own that a robot has.",
+            choices=("1", "2"),
+        ),
+        Option(
+            "apart_mm",
+            "float",
+            37.0,
+            "Distance from the centre of the team's patch to the centre of the robot's own patch.",
+            (5, 200),
+            "mm",
+        ),
         Option("slack", "float", 0.45, "Tolerance of that distance, as a share.", (0.05, 1)),
-        Option("front_deg", "float", 90.0, "Direction of the front, counter-clockwise from the direction to the "
-                                           "robot's own patch.", (-180, 180),
-               "°"),
+        Option(
+            "front_deg",
+            "float",
+            90.0,
+            "Direction of the front, counter-clockwise from the direction to the "
+            "robot's own patch.",
+            (-180, 180),
+            "°",
+        ),
     )
 
     def run(self, state: FrameState) -> FrameState:
@@ -281,17 +370,35 @@ class PatchRobots(Stage):
         return state.with_found(*found)
 
     def _misfit(self, places: np.ndarray, i: int, others: np.ndarray) -> float:
-        return float(np.min(np.abs(_away(places, i, others) - self._options["apart_mm"]), initial=np.inf))
+        return float(
+            np.min(np.abs(_away(places, i, others) - self._options["apart_mm"]), initial=np.inf)
+        )
 
     def _own(self, places: np.ndarray, i: int, free: np.ndarray) -> list[int] | None:
         """The patches at the right distance, or None."""
-        apart, slack, count = self._options["apart_mm"], self._options["slack"], int(self._options["patches"])
+        apart, slack, count = (
+            self._options["apart_mm"],
+            self._options["slack"],
+            int(self._options["patches"]),
+        )
         off = np.abs(_away(places, i, free) - apart)
-        near = [int(j) for j in free[np.argsort(off)][:count] if abs(_away(places, i, j) - apart) <= slack * apart]
+        near = [
+            int(j)
+            for j in free[np.argsort(off)][:count]
+            if abs(_away(places, i, j) - apart) <= slack * apart
+        ]
         return near if len(near) == count else None
 
-    def _robot(self, state: FrameState, blobs: Blobs, places: np.ndarray, mm_per_px: np.ndarray, i: int, mine:
-               list[int], own: dict[int, int]) -> Detection:
+    def _robot(
+        self,
+        state: FrameState,
+        blobs: Blobs,
+        places: np.ndarray,
+        mm_per_px: np.ndarray,
+        i: int,
+        mine: list[int],
+        own: dict[int, int],
+    ) -> Detection:
         way = places[mine].mean(axis=0) - places[i]
         turn = np.arctan2(way[1], way[0]) + np.radians(self._options["front_deg"])
         # From the robot's left to its right.
@@ -303,17 +410,28 @@ class PatchRobots(Stage):
         middle = (blobs.middle[i] + blobs.middle[mine].mean(axis=0)) / 2
         fit = 1 - abs(np.hypot(*way) - self._options["apart_mm"]) / self._options["apart_mm"]
         scale = float(np.sqrt(abs(np.linalg.det(mm_per_px[i]))))
-        return Detection("robot", (float(middle[0]), float(middle[1])), state.colours[int(blobs.colour[i]) - 1],
-                         int(number), z_mm=self._context.robot_z_mm,
-                         orientation_rad=float((turn + np.pi) % (2 * np.pi) - np.pi),
-                         confidence=float(np.clip(fit, 0, 1)),
-                         orientation_sigma_rad=float(np.hypot(_TURNED_RAD, 0.15 * scale / self._options["apart_mm"])),
-                         area_px=float(blobs.area[[i, *mine]].sum()))
+        return Detection(
+            "robot",
+            (float(middle[0]), float(middle[1])),
+            state.colours[int(blobs.colour[i]) - 1],
+            int(number),
+            z_mm=self._context.robot_z_mm,
+            orientation_rad=float((turn + np.pi) % (2 * np.pi) - np.pi),
+            confidence=float(np.clip(fit, 0, 1)),
+            orientation_sigma_rad=float(
+                np.hypot(_TURNED_RAD, 0.15 * scale / self._options["apart_mm"])
+            ),
+            area_px=float(blobs.area[[i, *mine]].sum()),
+        )
 
 
 def _numbers_of(state: FrameState, names: tuple[str, ...]) -> dict[int, int]:
     """Which place among the names each of the table's numbers has."""
-    return {state.colours.index(name) + 1: place for place, name in enumerate(names) if name in state.colours}
+    return {
+        state.colours.index(name) + 1: place
+        for place, name in enumerate(names)
+        if name in state.colours
+    }
 
 
 def _away(places: np.ndarray, i: int, others: Any) -> np.ndarray:

@@ -23,7 +23,13 @@ from touchline.core.jobs import Progress
 from touchline.core.records import Calibration, Frame
 from touchline.core.statements import named, say, stated
 from touchline.detection.colours import health_json
-from touchline.detection.detect import DetectionResult, context_for, detect, detections_image, learn_from_frame
+from touchline.detection.detect import (
+    DetectionResult,
+    context_for,
+    detect,
+    detections_image,
+    learn_from_frame,
+)
 from touchline.detection.profile import ColourProfile
 from touchline.detection.service import (
     RAW,
@@ -70,17 +76,23 @@ class DetectionBody(Strict):
     """A snapshot, the calibration for positions and sizes, and the colours."""
 
     snapshot: Name
-    calibration: Name | None = Field(None, description="of this camera at this size; without it there are no positions")
+    calibration: Name | None = Field(
+        None, description="of this camera at this size; without it there are no positions"
+    )
     stages: Name | Annotated[dict[str, Any], Field(max_length=4)] = Field(
-        "ssl", description="a plan by name, or one of your own as GET /stages describes them")
-    colours: Spec | None = Field(
-        None, description="a profile, as `colours` of an earlier answer")
+        "ssl", description="a plan by name, or one of your own as GET /stages describes them"
+    )
+    colours: Spec | None = Field(None, description="a profile, as `colours` of an earlier answer")
     clicks: Clicks | None = Field(
-        None, description="by colour: [x, y] of a point, or [x0, y0, x1, y1] of a box, raw px")
+        None, description="by colour: [x, y] of a point, or [x0, y0, x1, y1] of a box, raw px"
+    )
     mm_per_px: Annotated[float, Field(ge=0.01, le=1000)] | None = Field(
-        None, description="size of a px on the carpet, mm, if there is no calibration")
+        None, description="size of a px on the carpet, mm, if there is no calibration"
+    )
     eye_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] | None = Field(
-        None, description="[x, y, height] of the camera, field mm, for a model that is not a physical lens model")
+        None,
+        description="[x, y, height] of the camera, field mm, for a model that is not a physical lens model",
+    )
 
     @property
     def eye(self) -> tuple[float, float, float] | None:
@@ -92,9 +104,13 @@ class DetectionSettingsBody(Strict):
 
     on: bool
     plan: Name | Spec = Field(description="by name, or complete, as GET /stages describes them")
-    colours: Name | None = Field(None, description="a saved profile, including its later changes; or a copy from "
-                                                   "another camera")
-    profile: Spec | None = Field(None, description="own colours of this camera; they override `colours`")
+    colours: Name | None = Field(
+        None,
+        description="a saved profile, including its later changes; or a copy from another camera",
+    )
+    profile: Spec | None = Field(
+        None, description="own colours of this camera; they override `colours`"
+    )
     publish: bool = Field(False, description="as SSL_DetectionFrame on the league's group")
 
 
@@ -108,10 +124,13 @@ class LearnBody(Strict):
     """Points and boxes by colour in the newest frame or a snapshot; or none."""
 
     clicks: Clicks = Field(
-        {}, description="[x, y] of a point, or [x0, y0, x1, y1] of a box, raw px; `background` for areas without a "
-                        "colour")
+        {},
+        description="[x, y] of a point, or [x0, y0, x1, y1] of a box, raw px; `background` for areas without a "
+        "colour",
+    )
     base: Name | Spec | None = Field(
-        None, description="a profile, by name or complete, whose other colours stay as they are")
+        None, description="a profile, by name or complete, whose other colours stay as they are"
+    )
     snapshot: Name | None = Field(None, description="by default the newest frame")
     automatic: bool = Field(False, description="detect the colours in the image")
 
@@ -120,28 +139,53 @@ class RecordRequest(Strict):
     seconds: Annotated[float, Field(ge=1, le=MAX_S)] = 5.0
 
 
-DetectionSettings = response("DetectionSettings", on=bool, plan=JsonObject, colours=str | None,
-    profile=JsonObject | None, learned=str | None, health=list[JsonObject], publish=bool, published=JsonObject)
-Colours = response("Colours", name=str, profile=JsonObject, health=list[JsonObject], used_by=list[str])
+DetectionSettings = response(
+    "DetectionSettings",
+    on=bool,
+    plan=JsonObject,
+    colours=str | None,
+    profile=JsonObject | None,
+    learned=str | None,
+    health=list[JsonObject],
+    publish=bool,
+    published=JsonObject,
+)
+Colours = response(
+    "Colours", name=str, profile=JsonObject, health=list[JsonObject], used_by=list[str]
+)
 ColoursList = page_of("ColoursList", Colours)
-LearnedColours = response("LearnedColours", profile=JsonObject, health=list[JsonObject], notes=list[str])
+LearnedColours = response(
+    "LearnedColours", profile=JsonObject, health=list[JsonObject], notes=list[str]
+)
 Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
 Clips = page_of("Clips", Clip)
-Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject])
+Tracks = response(
+    "Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject]
+)
 
 
 @router.get("/stages", response_model=Answer)
 def list_stages() -> Json:
     """List every stage with its options, and the plans that come with Touchline."""
-    return Json({"items": [_stage_json(name) for name in STAGES],
-                 "plans": [plan.to_json() for plan in load_plans().values()], "next_cursor": None})
+    return Json(
+        {
+            "items": [_stage_json(name) for name in STAGES],
+            "plans": [plan.to_json() for plan in load_plans().values()],
+            "next_cursor": None,
+        }
+    )
 
 
 def _stage_json(name: str) -> dict[str, Any]:
     stage = STAGES[name]
-    return stated({"name": name, "title": named(f"stage.{name}", stage.TITLE),
-                   "help": named(f"stage.{name}.help", stage.HELP),
-                   "options": [option.to_json(name) for option in stage.OPTIONS]})
+    return stated(
+        {
+            "name": name,
+            "title": named(f"stage.{name}", stage.TITLE),
+            "help": named(f"stage.{name}.help", stage.HELP),
+            "options": [option.to_json(name) for option in stage.OPTIONS],
+        }
+    )
 
 
 @router.post("/detections", response_model=Answer)
@@ -154,37 +198,69 @@ async def detect_objects(request: Request, services: ServicesDep, body: Detectio
 
 
 @router.post("/detections/picture.{format}", response_class=Response, responses=PICTURE)
-async def draw_detections(request: Request, services: ServicesDep, format: Format, body: DetectionBody,
-                          stage: Annotated[str, Query(max_length=64)] = WHOLE) -> Response:
+async def draw_detections(
+    request: Request,
+    services: ServicesDep,
+    format: Format,
+    body: DetectionBody,
+    stage: Annotated[str, Query(max_length=64)] = WHOLE,
+) -> Response:
     """Return the snapshot with detections drawn, or the image of one stage: `?stage=colours`."""
+
     def draw(found: DetectionResult, frame: Frame, calibration: Calibration | None) -> Response:
         pixels: Any = found.seen.pictures.get(stage)
         if pixels is None:
-            view = context_for(frame.size, found.profile, calibration, body.mm_per_px, body.eye).view
+            view = context_for(
+                frame.size, found.profile, calibration, body.mm_per_px, body.eye
+            ).view
             pixels = detections_image(frame.pixels, found.seen.detections, view)
         return picture(pixels, format)
+
     return await _detect(request, services, body, draw, stage)
 
 
-async def _detect(request: Request, services: Services, body: DetectionBody,
-                  tell: Callable[[DetectionResult, Frame, Calibration | None], Answered],
-                  stage: str = WHOLE) -> Answered:
+async def _detect(
+    request: Request,
+    services: Services,
+    body: DetectionBody,
+    tell: Callable[[DetectionResult, Frame, Calibration | None], Answered],
+    stage: str = WHOLE,
+) -> Answered:
     """Detect objects in a snapshot while the caller waits, and return what `tell` makes of them."""
     snapshot = await services.run_in_thread(services.store.snapshots.get, body.snapshot)
 
     def work(progress: Progress) -> Answered:
-        plan = named_plan(body.stages) if isinstance(body.stages, str) else StageConfig.from_json(body.stages)
+        plan = (
+            named_plan(body.stages)
+            if isinstance(body.stages, str)
+            else StageConfig.from_json(body.stages)
+        )
         names = [WHOLE, *(name for name, _ in plan.stages)]
         if stage not in names:
-            raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.", f"Use one of: {', '.join(names)}.",
-                           reason="unknown-stage")
+            raise NotFound(
+                f"The plan {plan.name} has no stage called {stage!r}.",
+                f"Use one of: {', '.join(names)}.",
+                reason="unknown-stage",
+            )
         profile = None if body.colours is None else ColourProfile.from_json(body.colours)
-        calibration = None if body.calibration is None else services.store.calibrations.get(body.calibration)
+        calibration = (
+            None if body.calibration is None else services.store.calibrations.get(body.calibration)
+        )
         frame = services.frame(snapshot.id)
-        found = detect(frame.pixels, plan, calibration=calibration, profile=profile, clicks=body.clicks,
-                       mm_per_px=body.mm_per_px, eye_mm=body.eye,
-                       pictures=() if stage == WHOLE else (stage,), progress=progress, clock=time.perf_counter)
+        found = detect(
+            frame.pixels,
+            plan,
+            calibration=calibration,
+            profile=profile,
+            clicks=body.clicks,
+            mm_per_px=body.mm_per_px,
+            eye_mm=body.eye,
+            pictures=() if stage == WHOLE else (stage,),
+            progress=progress,
+            clock=time.perf_counter,
+        )
         return tell(found, frame, calibration)
+
     return await services.process_picture(snapshot.size, work, request.is_disconnected)
 
 
@@ -196,8 +272,13 @@ def read_detection_settings(services: ServicesDep, id: Id) -> Json:
 
 
 @router.put("/cameras/{id}/seeing", response_model=DetectionSettings)
-async def save_detection_settings(services: ServicesDep, by: OperatorDep, id: Id, body: DetectionSettingsBody,
-                                  if_match: IfMatch = None) -> Response:
+async def save_detection_settings(
+    services: ServicesDep,
+    by: OperatorDep,
+    id: Id,
+    body: DetectionSettingsBody,
+    if_match: IfMatch = None,
+) -> Response:
     """Save the settings; the camera's process follows at once. 428 without If-Match, 412 if that is old.
 
     Naming the same `colours` for several cameras lets them share a profile.
@@ -205,7 +286,9 @@ async def save_detection_settings(services: ServicesDep, by: OperatorDep, id: Id
     await services.run_in_thread(services.cameras.get, id)
     if if_match is None:
         raise IfMatchNeeded("The request does not state which version of the settings it changes.")
-    await services.run_in_thread(services.part(DetectionService).save, id, body.model_dump(), if_match, by)
+    await services.run_in_thread(
+        services.part(DetectionService).save, id, body.model_dump(), if_match, by
+    )
     if body.publish and body.on:
         services.live.get(id)  # publishing needs nobody who watches
     services.live.refresh(id)
@@ -222,9 +305,19 @@ def _settings(services: Services, id: str) -> Json:
     if profile is None and feed is not None and feed.learned is not None:
         profile, learned = feed.learned, "picture"
     problem = feed.problem if feed is not None else None
-    return versioned({**settings, "profile": profile, "learned": learned, "health": health_json(profile), "published": {
-        "packets": feed.packets if feed is not None else 0,
-        "problem": None if problem is None else problem.to_json()}}, etag)
+    return versioned(
+        {
+            **settings,
+            "profile": profile,
+            "learned": learned,
+            "health": health_json(profile),
+            "published": {
+                "packets": feed.packets if feed is not None else 0,
+                "problem": None if problem is None else problem.to_json(),
+            },
+        },
+        etag,
+    )
 
 
 @router.get("/cameras/{id}/detections", response_model=schemas.FrameDetections)
@@ -269,24 +362,32 @@ def read_colours(services: ServicesDep, name: Id) -> Json:
 
 
 @colours.put("/colours/{name}", response_model=Colours, responses={201: {"model": Colours}})
-async def save_colours(services: ServicesDep, by: OperatorDep, name: Id, body: ColoursBody,
-                       if_match: IfMatch = None) -> Response:
+async def save_colours(
+    services: ServicesDep, by: OperatorDep, name: Id, body: ColoursBody, if_match: IfMatch = None
+) -> Response:
     """Create a profile (201), or replace the one that If-Match names: 428 without, 412 with `current` if that is old.
 
     Cameras that use it follow at once.
     """
     profile = ColourProfile.from_json({**body.profile, "name": name}).to_json()
     try:
-        preset = await services.run_in_thread(services.store.colour_profiles.save, name, profile, if_match, by)
+        preset = await services.run_in_thread(
+            services.store.colour_profiles.save, name, profile, if_match, by
+        )
     except Conflict as error:
         if error.reason != "colours-exists":
             raise
-        raise IfMatchNeeded("This colour profile already exists, and the request does not state the "
-                            "version that it changes.") from None
+        raise IfMatchNeeded(
+            "This colour profile already exists, and the request does not state the "
+            "version that it changes."
+        ) from None
     for camera in await services.run_in_thread(services.part(DetectionService).used_by, name):
         services.live.refresh(camera)
-    return versioned(await services.run_in_thread(_profile_json, services, preset), preset.etag,
-                     f"colours/{preset.name}" if if_match is None else None)
+    return versioned(
+        await services.run_in_thread(_profile_json, services, preset),
+        preset.etag,
+        f"colours/{preset.name}" if if_match is None else None,
+    )
 
 
 @colours.delete("/colours/{name}", status_code=204, response_class=Response)
@@ -304,26 +405,50 @@ async def learn_colours(services: ServicesDep, id: Id, body: LearnBody) -> Json:
     """
     detection = services.part(DetectionService)
     settings, _ = await services.run_in_thread(detection.settings, id)
-    base = (await services.run_in_thread(detection.colours, body.base) if isinstance(body.base, str) else
-            None if body.base is None else ColourProfile.from_json(body.base))
+    base = (
+        await services.run_in_thread(detection.colours, body.base)
+        if isinstance(body.base, str)
+        else None
+        if body.base is None
+        else ColourProfile.from_json(body.base)
+    )
     if not body.automatic and not any(body.clicks.values()) and base is None:
-        raise BadInput(say("colours.none-marked", "No colour is marked."),
-                       say("colours.mark", "Mark the ball and each team colour, or use automatic detection."),
-                       reason="no-colours")
+        raise BadInput(
+            say("colours.none-marked", "No colour is marked."),
+            say("colours.mark", "Mark the ball and each team colour, or use automatic detection."),
+            reason="no-colours",
+        )
     picture = body.snapshot or (await take_frame(services.live.get(id))).png
 
     def learn() -> dict[str, Any]:
-        frame = services.frame(picture) if isinstance(picture, str) else services.decoder.frame_from_bytes(picture)
-        profile = learn_from_frame(frame, StageConfig.from_json(settings["plan"]), base, body.clicks, body.automatic)
-        return stated({"profile": profile.to_json(), "health": health_json(profile.to_json()),
-                       "notes": list(profile.notes)})
+        frame = (
+            services.frame(picture)
+            if isinstance(picture, str)
+            else services.decoder.frame_from_bytes(picture)
+        )
+        profile = learn_from_frame(
+            frame, StageConfig.from_json(settings["plan"]), base, body.clicks, body.automatic
+        )
+        return stated(
+            {
+                "profile": profile.to_json(),
+                "health": health_json(profile.to_json()),
+                "notes": list(profile.notes),
+            }
+        )
+
     return Json(await services.run_in_thread(learn))
 
 
 def _profile_json(services: Services, preset: Document) -> dict[str, Any]:
-    return {"name": preset.name, "profile": dict(preset.body), "health": health_json(preset.body),
-            "used_by": services.part(DetectionService).used_by(preset.name), "updated_at": preset.updated_at,
-            "updated_by": preset.updated_by}
+    return {
+        "name": preset.name,
+        "profile": dict(preset.body),
+        "health": health_json(preset.body),
+        "used_by": services.part(DetectionService).used_by(preset.name),
+        "updated_at": preset.updated_at,
+        "updated_by": preset.updated_by,
+    }
 
 
 @clips.post("/cameras/{id}/clip", status_code=201, response_model=Clip)
@@ -334,9 +459,12 @@ async def record_clip(services: ServicesDep, id: Id, body: RecordRequest | None 
     """
     seconds = (body or RecordRequest()).seconds
     camera = services.live.get(id)
-    head, jpegs = await when_awake(camera, lambda _left_s: camera.request("clip", seconds + ANSWER_S, seconds=seconds),
-                                   START_S)
-    clip = await services.run_in_thread(services.store.repository(ClipRepository).add, id, head, jpegs)
+    head, jpegs = await when_awake(
+        camera, lambda _left_s: camera.request("clip", seconds + ANSWER_S, seconds=seconds), START_S
+    )
+    clip = await services.run_in_thread(
+        services.store.repository(ClipRepository).add, id, head, jpegs
+    )
     return created(clip.to_json(), f"clips/{clip.id}")
 
 
@@ -350,7 +478,9 @@ def list_clips(services: ServicesDep) -> Json:
 def read_clip(services: ServicesDep, id: Id) -> Json:
     """Return one clip, with the times of its frames; its ETag goes into If-Match of DELETE."""
     clip = services.store.repository(ClipRepository).get(id)
-    return versioned({**clip.to_json(), "times_s": [frame["time_s"] for frame in clip.frames]}, clip.etag)
+    return versioned(
+        {**clip.to_json(), "times_s": [frame["time_s"] for frame in clip.frames]}, clip.etag
+    )
 
 
 @clips.delete("/clips/{id}", status_code=204, response_class=Response)
@@ -359,10 +489,13 @@ def delete_clip(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None
     services.store.repository(ClipRepository).delete(id, if_match)
 
 
-@clips.get("/clips/{id}/frames/{number}.jpg", response_class=Response, responses=files("image/jpeg"))
+@clips.get(
+    "/clips/{id}/frames/{number}.jpg", response_class=Response, responses=files("image/jpeg")
+)
 @in_thread
-def read_clip_image(services: ServicesDep, id: Id, number: int, stage: Stage = RAW,
-                    plan: PlanName = None) -> Response:
+def read_clip_image(
+    services: ServicesDep, id: Id, number: int, stage: Stage = RAW, plan: PlanName = None
+) -> Response:
     """Return a frame, counted from 0: as it was, with detections drawn, or the image of a stage."""
     if stage == RAW:
         jpeg = services.store.repository(ClipRepository).frame(id, number)
@@ -416,6 +549,8 @@ async def _first_tracks(viewer: Any) -> bytes:
     try:
         return await viewer.next(FIRST_OF_RIG_S)
     except TimeoutError:
-        raise Unavailable(say("rig.no-frame-yet", "No camera of this rig has delivered a frame yet."),
-                          say("rig.check-states", "Check the camera states, then try again."),
-                          reason="camera-silent") from None
+        raise Unavailable(
+            say("rig.no-frame-yet", "No camera of this rig has delivered a frame yet."),
+            say("rig.check-states", "Check the camera states, then try again."),
+            reason="camera-silent",
+        ) from None

@@ -22,7 +22,12 @@ from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.sentences import NOT_CALIBRATED, OPEN_AGAIN, SENDS_NO_FRAMES, use_one_of
 from touchline.core.statements import say
-from touchline.detection.detect import colour_profile_for, detection_json, detections_image, pipeline_for
+from touchline.detection.detect import (
+    colour_profile_for,
+    detection_json,
+    detections_image,
+    pipeline_for,
+)
 from touchline.detection.profile import ColourProfile, ProfileJson
 from touchline.detection.records import Detection
 from touchline.detection.stages import DRAWN, STAGE, STAGES, StageConfig, stage_of
@@ -40,8 +45,14 @@ UNSET = "unset"  # the ETag of settings that nobody has saved yet
 SMALL_MM = 100.0  # robots lower than that wear two colours, and no SSL pattern
 FIELD_SHARE = 0.9  # of the picture's diagonal, about
 DEFAULT_EXTENT_MM = 5000.0  # where not even the field is known
-OFF: dict[str, Any] = {"on": False, "plan": None, "profile": None, "publish": False, "camera_number": 0,
-                       "extent_mm": 1.0}
+OFF: dict[str, Any] = {
+    "on": False,
+    "plan": None,
+    "profile": None,
+    "publish": False,
+    "camera_number": 0,
+    "extent_mm": 1.0,
+}
 INPUT_FPS = 20.0  # of each camera that go in: the server's own thread reads them
 INTERVAL_S = 0.05
 RETRY_S = 1.0  # after a camera that cannot be listened to
@@ -63,29 +74,56 @@ class DetectionService:
             preset = self._store.detection_plans.get(id)
         except NotFound:
             plan = named_plan(self._default_plan(id)).to_json()
-            return {"on": True, "plan": plan, "colours": None, "profile": None, "publish": False}, UNSET
+            return {
+                "on": True,
+                "plan": plan,
+                "colours": None,
+                "profile": None,
+                "publish": False,
+            }, UNSET
         return dict(preset.body), preset.etag
 
     def save(self, id: str, body: Mapping[str, Any], etag: str, by: str) -> None:
         """Save settings; Stale where somebody else was faster, NotFound or BadInput for an unknown profile or plan."""
         self._cameras.get(id)
-        plan = named_plan(body["plan"]) if isinstance(body["plan"], str) else StageConfig.from_json(body["plan"])
-        profile = None if body["profile"] is None else ColourProfile.from_json(body["profile"]).to_json()
+        plan = (
+            named_plan(body["plan"])
+            if isinstance(body["plan"], str)
+            else StageConfig.from_json(body["plan"])
+        )
+        profile = (
+            None if body["profile"] is None else ColourProfile.from_json(body["profile"]).to_json()
+        )
         try:
             with self._store.references:
-                if body["colours"] is not None and self.colours(body["colours"]).to_json() == profile:
+                if (
+                    body["colours"] is not None
+                    and self.colours(body["colours"]).to_json() == profile
+                ):
                     profile = None  # it is the shared one, and follows it
-                settings = {"on": body["on"], "plan": plan.to_json(), "colours": body["colours"], "profile": profile,
-                            "publish": body["publish"]}
+                settings = {
+                    "on": body["on"],
+                    "plan": plan.to_json(),
+                    "colours": body["colours"],
+                    "profile": profile,
+                    "publish": body["publish"],
+                }
                 self._store.detection_plans.save(id, settings, None if etag == UNSET else etag, by)
         except Conflict as error:
             if error.reason != "seeing-exists":
                 raise
             current = self._store.detection_plans.get(id)
-            raise Stale(say("detection.changed-meanwhile", "Another user has changed the object detection of this "
-                            "camera since you opened it."),
-                        say("detection.check-settings", "Check the current settings, then change them."),
-                        reason="stale-seeing", current=dict(current.body), etag=current.etag) from None
+            raise Stale(
+                say(
+                    "detection.changed-meanwhile",
+                    "Another user has changed the object detection of this "
+                    "camera since you opened it.",
+                ),
+                say("detection.check-settings", "Check the current settings, then change them."),
+                reason="stale-seeing",
+                current=dict(current.body),
+                etag=current.etag,
+            ) from None
 
     def colours(self, name: str) -> ColourProfile:
         """Return a saved profile; NotFound."""
@@ -104,18 +142,30 @@ class DetectionService:
         """Return the cameras that name these colours."""
         # settings of a removed camera do not count
         known = {camera.id for camera in self._cameras.all()}
-        return [preset.name for preset in self._store.detection_plans.all()
-                if preset.body["colours"] == colours and preset.name in known]
+        return [
+            preset.name
+            for preset in self._store.detection_plans.all()
+            if preset.body["colours"] == colours and preset.name in known
+        ]
 
     def remove_colours(self, name: str, etag: str | None) -> None:
         """Delete a profile with that ETag (None: whichever); Conflict while cameras name it, NotFound or Stale."""
         with self._store.references:
             if cameras := self.used_by(name):
                 self._store.colour_profiles.get(name)
-                raise Conflict(say("colours.in-use", "Cameras use the colour profile {name!r}: {cameras}.", name=name,
-                                   cameras=list(cameras)),
-                               say("colours.select-another", "Select another colour profile for these cameras first."),
-                               reason="colours-used")
+                raise Conflict(
+                    say(
+                        "colours.in-use",
+                        "Cameras use the colour profile {name!r}: {cameras}.",
+                        name=name,
+                        cameras=list(cameras),
+                    ),
+                    say(
+                        "colours.select-another",
+                        "Select another colour profile for these cameras first.",
+                    ),
+                    reason="colours-used",
+                )
             self._store.colour_profiles.delete(name, etag)
 
     def process_settings(self, id: str) -> dict[str, Any]:
@@ -124,9 +174,14 @@ class DetectionService:
             settings, _ = self.settings(id)
             StageConfig.from_json(settings["plan"])
             calibration = self._store.calibrations.active(id)
-            return {"on": settings["on"], "plan": settings["plan"], "profile": self.profile(settings),
-                    "publish": settings["publish"] and settings["on"], "camera_number": self._number(id, calibration),
-                    "extent_mm": self._extent_mm(id)}
+            return {
+                "on": settings["on"],
+                "plan": settings["plan"],
+                "profile": self.profile(settings),
+                "publish": settings["publish"] and settings["on"],
+                "camera_number": self._number(id, calibration),
+                "extent_mm": self._extent_mm(id),
+            }
         except (TouchlineError, KeyError):
             return dict(OFF)
 
@@ -134,17 +189,30 @@ class DetectionService:
         """Return "plan", "profile" and "extent_mm" for saved frames of a camera; defaults if it was removed."""
         try:
             settings, _ = self.settings(id)
-            return {"plan": settings["plan"], "profile": self.profile(settings), "extent_mm": self._extent_mm(id)}
+            return {
+                "plan": settings["plan"],
+                "profile": self.profile(settings),
+                "extent_mm": self._extent_mm(id),
+            }
         except NotFound:
-            return {"plan": named_plan("ssl").to_json(), "profile": None, "extent_mm": DEFAULT_EXTENT_MM}
+            return {
+                "plan": named_plan("ssl").to_json(),
+                "profile": None,
+                "extent_mm": DEFAULT_EXTENT_MM,
+            }
 
     def publish(self, packet: bytes) -> TouchlineError | None:
         """Send a packet to the league's multicast group; return why it could not be sent."""
         sender = self._publishing.sender
         if sender is None:
-            return Conflict(say("publishing.off", "Publishing is off."),
-                            say("publishing.switch-on", 'Switch it on: PUT /api/v1/publishing with "enabled": true.'),
-                            reason="not-publishing")
+            return Conflict(
+                say("publishing.off", "Publishing is off."),
+                say(
+                    "publishing.switch-on",
+                    'Switch it on: PUT /api/v1/publishing with "enabled": true.',
+                ),
+                reason="not-publishing",
+            )
         try:
             sender.send(packet)
         except TouchlineError as error:
@@ -218,8 +286,15 @@ class DetectionFeed(CameraFeed):
         self.require_listening()
         name, stages = stage_of(view), [stage["stage"] for stage in self.request["plan"]["stages"]]
         if name is not None and name not in stages:
-            raise NotFound(say("detection.unknown-stage", "This camera's plan has no stage called {stage!r}.",
-                               stage=name), use_one_of(stages), reason="unknown-stage")
+            raise NotFound(
+                say(
+                    "detection.unknown-stage",
+                    "This camera's plan has no stage called {stage!r}.",
+                    stage=name,
+                ),
+                use_one_of(stages),
+                reason="unknown-stage",
+            )
 
     def require_listening(self) -> None:
         if not self.request["on"]:
@@ -234,7 +309,9 @@ class DetectionFeed(CameraFeed):
 
     def update_status(self, status: Mapping[str, Any]) -> None:
         found = status.get("detector")
-        self.learned = found["learned"] if found is not None and self.request["profile"] is None else None
+        self.learned = (
+            found["learned"] if found is not None and self.request["profile"] is None else None
+        )
 
 
 def detections_of(camera: LiveCamera) -> DetectionFeed:
@@ -251,9 +328,11 @@ def json_text(body: bytes) -> str:
 
 
 def _off() -> Conflict:
-    return Conflict(say("detection.off", "Object detection is off for this camera."),
-                    say("detection.enable", 'Enable it: PUT /api/v1/cameras/{{id}}/seeing with "on": true.'),
-                    reason="seeing-off")
+    return Conflict(
+        say("detection.off", "Object detection is off for this camera."),
+        say("detection.enable", 'Enable it: PUT /api/v1/cameras/{{id}}/seeing with "on": true.'),
+        reason="seeing-off",
+    )
 
 
 class TrackFusion:
@@ -288,8 +367,13 @@ class TrackFusion:
         """The rig was changed, or the server ends."""
         self._rest()
         for viewer in self._viewers:
-            viewer.end(Unavailable(say("rig.changed", "This rig was changed or removed."), OPEN_AGAIN,
-                                   reason="rig-gone"))
+            viewer.end(
+                Unavailable(
+                    say("rig.changed", "This rig was changed or removed."),
+                    OPEN_AGAIN,
+                    reason="rig-gone",
+                )
+            )
 
     def _rest(self) -> None:
         for task in self._tasks:
@@ -307,17 +391,25 @@ class TrackFusion:
                 self._problems[name] = error
             # nothing, or nothing that can be read
             except (TimeoutError, ConnectionResetError, KeyError, TypeError):
-                self._problems[name] = Unavailable(SENDS_NO_FRAMES, say("advice.check-state", "Check its state."),
-                                                   reason="camera-silent")
+                self._problems[name] = Unavailable(
+                    SENDS_NO_FRAMES,
+                    say("advice.check-state", "Check its state."),
+                    reason="camera-silent",
+                )
             await asyncio.sleep(RETRY_S)
 
     def _add(self, name: str, message: dict[str, Any]) -> None:
         self._received_s[name] = time.monotonic()
         self._problems.pop(name, None)
         if message["calibration"] is None:
-            self._problems[name] = Unavailable(NOT_CALIBRATED, say("advice.activate", "Activate a calibration."),
-                                               reason="not-calibrated")
-        self._tracker.add(name, message["time_s"], [Detection.from_json(item) for item in message["items"]])
+            self._problems[name] = Unavailable(
+                NOT_CALIBRATED,
+                say("advice.activate", "Activate a calibration."),
+                reason="not-calibrated",
+            )
+        self._tracker.add(
+            name, message["time_s"], [Detection.from_json(item) for item in message["items"]]
+        )
 
     async def _send(self) -> None:
         while True:
@@ -331,10 +423,19 @@ class TrackFusion:
     def _to_json(self) -> dict[str, Any]:
         tracks = self._tracker.to_json()
         now, received, problems = time.monotonic(), self._received_s, self._problems
-        return {"time_s": round(self._tracker.now_s or time.time(), 4), "items": tracks, "seams": seams_of(tracks),
-                "cameras": [{"camera": name, "age_s": round(now - received[name], 3) if name in received else None,
-                             "problem": problems[name].to_json() if name in problems else None}
-                            for name in self.names]}
+        return {
+            "time_s": round(self._tracker.now_s or time.time(), 4),
+            "items": tracks,
+            "seams": seams_of(tracks),
+            "cameras": [
+                {
+                    "camera": name,
+                    "age_s": round(now - received[name], 3) if name in received else None,
+                    "problem": problems[name].to_json() if name in problems else None,
+                }
+                for name in self.names
+            ],
+        }
 
 
 class Fusions(dict[str, TrackFusion]):
@@ -357,8 +458,9 @@ async def track_fusion_of(services: Services, name: str) -> TrackFusion:
     return fusion
 
 
-def detect_in_clip(services: Services, id: str, number: int, plan_name: str | None,
-                   stage: str = DRAWN) -> tuple[dict[str, Any], Callable[[], Pixels]]:
+def detect_in_clip(
+    services: Services, id: str, number: int, plan_name: str | None, stage: str = DRAWN
+) -> tuple[dict[str, Any], Callable[[], Pixels]]:
     """Return detections as a live camera sends them, and what draws them or returns what the stage made of the frame.
 
     The stages run on one frame alone: what they remember must not depend on which frames were read before.
@@ -366,22 +468,51 @@ def detect_in_clip(services: Services, id: str, number: int, plan_name: str | No
     clips = services.store.repository(ClipRepository)
     clip, jpeg = clips.get(id), clips.frame(id, number)
     settings = services.part(DetectionService).saved_frame_settings(clip.camera)
-    plan = named_plan(plan_name) if plan_name is not None else StageConfig.from_json(settings["plan"])
+    plan = (
+        named_plan(plan_name) if plan_name is not None else StageConfig.from_json(settings["plan"])
+    )
     names = [name for name, _ in plan.stages]
     if stage not in (DRAWN, *names):
-        raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.", f"Use one of: {RAW}, {DRAWN}, "
-                       f"{', '.join(names)}.", reason="unknown-stage")
+        raise NotFound(
+            f"The plan {plan.name} has no stage called {stage!r}.",
+            f"Use one of: {RAW}, {DRAWN}, {', '.join(names)}.",
+            reason="unknown-stage",
+        )
     frame = services.decoder.frame_from_bytes(jpeg)
     calibration = services.store.calibrations.active(clip.camera)
-    calibration = calibration if calibration is not None and calibration.image_size == frame.size else None
-    profile = (ColourProfile.from_json(settings["profile"]) if settings["profile"] is not None
-               else colour_profile_for(frame.pixels, plan))
+    calibration = (
+        calibration if calibration is not None and calibration.image_size == frame.size else None
+    )
+    profile = (
+        ColourProfile.from_json(settings["profile"])
+        if settings["profile"] is not None
+        else colour_profile_for(frame.pixels, plan)
+    )
     mm_per_px = None if calibration else settings["extent_mm"] / math.hypot(*frame.size)
     pipeline = pipeline_for(plan, frame.size, profile, calibration, mm_per_px)
     head, pictures = clip.frames[number], () if stage == DRAWN else (stage,)
-    result = pipeline.process(frame.pixels, clock=time.thread_time, pictures=pictures,
-                              camera=clip.camera, frame=head["seq"], time_s=head["time_s"])
-    json = detection_json(result, head["seq"], head["time_s"], frame.size, calibration, profile.notes,
-                          clip.to_json()["fps"])
-    return json, lambda: (detections_image(frame.pixels, result.detections, pipeline.context.view)
-                          if stage == DRAWN else result.pictures[stage])
+    result = pipeline.process(
+        frame.pixels,
+        clock=time.thread_time,
+        pictures=pictures,
+        camera=clip.camera,
+        frame=head["seq"],
+        time_s=head["time_s"],
+    )
+    json = detection_json(
+        result,
+        head["seq"],
+        head["time_s"],
+        frame.size,
+        calibration,
+        profile.notes,
+        clip.to_json()["fps"],
+    )
+    return (
+        json,
+        lambda: (
+            detections_image(frame.pixels, result.detections, pipeline.context.view)
+            if stage == DRAWN
+            else result.pictures[stage]
+        ),
+    )

@@ -110,30 +110,43 @@ class Stage(ABC):
             at = (round(x), round(y))
             cv2.circle(drawn, at, 3, paint, -1, cv2.LINE_AA)
             if robot.orientation_rad is not None:
-                dx, dy = turn @ (90 * np.array([np.cos(robot.orientation_rad), np.sin(robot.orientation_rad)]))
+                dx, dy = turn @ (
+                    90 * np.array([np.cos(robot.orientation_rad), np.sin(robot.orientation_rad)])
+                )
                 cv2.line(drawn, at, (round(x + dx), round(y + dy)), paint, 2, cv2.LINE_AA)
             text = "?" if robot.id is None else str(robot.id)
-            cv2.putText(drawn, text, (at[0] + 6, at[1] - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1,
-                        cv2.LINE_AA)
+            cv2.putText(
+                drawn,
+                text,
+                (at[0] + 6, at[1] - 6),
+                cv2.FONT_HERSHEY_SIMPLEX,
+                0.5,
+                (255, 255, 255),
+                1,
+                cv2.LINE_AA,
+            )
         return drawn
 
 
-STAGES: Registry[type[Stage]] = Registry("stage", {
-    # less grain: median, bilateral, or over time
-    "noise": "touchline.detection.image_stages:NoiseReduction",
-    # each pixel's colour from a lookup table
-    "colours": "touchline.detection.image_stages:Colours",
-    "edges": "touchline.detection.image_stages:Edges",  # how steep the picture is
-    # patches of one colour: where, how large, of what form
-    "blobs": "touchline.detection.image_stages:FindBlobs",
-    # robots by the Small Size League's five dots
-    "butterfly": "touchline.detection.robots:SslRobots",
-    "tags": "touchline.detection.robots:PatchRobots",  # robots by a team's colour beside their own
-    "markers": "touchline.detection.objects:Markers",  # patches of a team's colour, and no more
-    "ball": "touchline.detection.objects:FindBall",  # the ball
-    # pixels to field mm, at each thing's own height
-    "places": "touchline.detection.objects:Localise",
-})
+STAGES: Registry[type[Stage]] = Registry(
+    "stage",
+    {
+        # less grain: median, bilateral, or over time
+        "noise": "touchline.detection.image_stages:NoiseReduction",
+        # each pixel's colour from a lookup table
+        "colours": "touchline.detection.image_stages:Colours",
+        "edges": "touchline.detection.image_stages:Edges",  # how steep the picture is
+        # patches of one colour: where, how large, of what form
+        "blobs": "touchline.detection.image_stages:FindBlobs",
+        # robots by the Small Size League's five dots
+        "butterfly": "touchline.detection.robots:SslRobots",
+        "tags": "touchline.detection.robots:PatchRobots",  # robots by a team's colour beside their own
+        "markers": "touchline.detection.objects:Markers",  # patches of a team's colour, and no more
+        "ball": "touchline.detection.objects:FindBall",  # the ball
+        # pixels to field mm, at each thing's own height
+        "places": "touchline.detection.objects:Localise",
+    },
+)
 
 
 # views: the picture with everything that was found; what one stage made of it
@@ -141,7 +154,13 @@ DRAWN, STAGE = "detections", "stage-"
 MAX_STAGES = 20
 _FORM = 'Send {"name", "title", "stages": [{"stage": NAME, OPTION: VALUE, …}, …]}, and optionally "corrected": true.'
 # What a stage reads that another one writes.
-_AFTER = {"blobs": "colours", "butterfly": "blobs", "tags": "blobs", "markers": "blobs", "ball": "blobs"}
+_AFTER = {
+    "blobs": "colours",
+    "butterfly": "blobs",
+    "tags": "blobs",
+    "markers": "blobs",
+    "ball": "blobs",
+}
 
 
 @dataclass(frozen=True)
@@ -155,33 +174,62 @@ class StageConfig:
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
-        if not isinstance(value, Mapping) or set(value) - {"corrected"} != {"name", "title", "stages"}:
+        if not isinstance(value, Mapping) or set(value) - {"corrected"} != {
+            "name",
+            "title",
+            "stages",
+        }:
             raise BadInput("This is not a plan of stages.", _FORM, reason="bad-stages")
         listed, corrected = value["stages"], value.get("corrected", False)
         if not isinstance(corrected, bool):
-            raise BadInput("The value of corrected in the plan must be true or false.", _FORM, reason="bad-stages")
+            raise BadInput(
+                "The value of corrected in the plan must be true or false.",
+                _FORM,
+                reason="bad-stages",
+            )
         if not isinstance(listed, (list, tuple)) or not 0 < len(listed) <= MAX_STAGES:
-            raise BadInput(f"A plan must have 1 to {MAX_STAGES} stages.", _FORM, reason="bad-stages")
+            raise BadInput(
+                f"A plan must have 1 to {MAX_STAGES} stages.", _FORM, reason="bad-stages"
+            )
         name, title = value["name"], value["title"]
-        if not all(isinstance(text, str) and 0 < len(text) <= 80 and text.isprintable() for text in (name, title)):
-            raise BadInput("The plan of stages needs a name and a title.", _FORM, reason="bad-stages")
+        if not all(
+            isinstance(text, str) and 0 < len(text) <= 80 and text.isprintable()
+            for text in (name, title)
+        ):
+            raise BadInput(
+                "The plan of stages needs a name and a title.", _FORM, reason="bad-stages"
+            )
         stages: list[tuple[str, Mapping[str, Any]]] = []
         for entry in listed:
             if not isinstance(entry, Mapping) or not isinstance(entry.get("stage"), str):
                 raise BadInput("An entry of the plan names no stage.", _FORM, reason="bad-stages")
             stage = entry["stage"]
-            options = read_options(STAGES[stage].OPTIONS, {k: v for k, v in entry.items() if k != "stage"})
+            options = read_options(
+                STAGES[stage].OPTIONS, {k: v for k, v in entry.items() if k != "stage"}
+            )
             needed, before = _AFTER.get(stage), [done for done, _ in stages]
             if stage in before or (needed and needed not in before):
-                raise BadInput(f"The stage {stage} is in the wrong position.",
-                               f"List it once, after {needed}." if needed else "List it once.", reason="bad-stages")
+                raise BadInput(
+                    f"The stage {stage} is in the wrong position.",
+                    f"List it once, after {needed}." if needed else "List it once.",
+                    reason="bad-stages",
+                )
             stages.append((stage, options))
         return cls(name, title, tuple(stages), corrected)
 
     def to_json(self) -> dict[str, Any]:
-        return {"name": self.name, "title": self.title, **({"corrected": True} if self.corrected else {}), "stages": [
-            {"stage": name, **{k: list(v) if isinstance(v, tuple) else v for k, v in options.items()}}
-            for name, options in self.stages]}
+        return {
+            "name": self.name,
+            "title": self.title,
+            **({"corrected": True} if self.corrected else {}),
+            "stages": [
+                {
+                    "stage": name,
+                    **{k: list(v) if isinstance(v, tuple) else v for k, v in options.items()},
+                }
+                for name, options in self.stages
+            ],
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,16 +247,28 @@ class StagePipeline:
 
     def __init__(self, config: StageConfig, context: StageContext) -> None:
         self.config, self.context = config, context
-        self._stages: list[Stage] = [STAGES[name](options, context) for name, options in config.stages]
+        self._stages: list[Stage] = [
+            STAGES[name](options, context) for name, options in config.stages
+        ]
 
-    def process(self, pixels: NDArray[np.uint8], *, clock: Callable[[], float] | None = None,
-                pictures: Collection[str] = (), camera: str | None = None, frame: int | None = None,
-                time_s: float | None = None) -> FrameResult:
+    def process(
+        self,
+        pixels: NDArray[np.uint8],
+        *,
+        clock: Callable[[], float] | None = None,
+        pictures: Collection[str] = (),
+        camera: str | None = None,
+        frame: int | None = None,
+        time_s: float | None = None,
+    ) -> FrameResult:
         """Process one frame (height, width, 3) BGR. clock: seconds, to time the stages, without drawing."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if size != self.context.image_size:
-            raise BadInput(f"The image is {size}; these stages are set up for {self.context.image_size}.",
-                           "Set them up for this size.", reason="size-mismatch")
+            raise BadInput(
+                f"The image is {size}; these stages are set up for {self.context.image_size}.",
+                "Set them up for this size.",
+                reason="size-mismatch",
+            )
         state, took, drawn = FrameState.of(pixels), {}, {}
         for stage in self._stages:
             began = clock() if clock else 0.0
@@ -217,7 +277,9 @@ class StagePipeline:
                 took[stage.NAME] = 1000 * (clock() - began)
             if stage.NAME in pictures:
                 drawn[stage.NAME] = stage.picture(state)
-        return FrameResult(Detections(state.found, size, camera, frame, time_s), took, drawn, state.notes)
+        return FrameResult(
+            Detections(state.found, size, camera, frame, time_s), took, drawn, state.notes
+        )
 
 
 def stage_of(view: str) -> str | None:

@@ -56,9 +56,16 @@ class Clip:
         return content_etag(self.to_json())
 
     def to_json(self) -> dict[str, Any]:
-        return {"clip": self.id, "camera": self.camera, "taken_at": self.taken_at, "width": self.width,
-                "height": self.height, "frames": len(self.frames), "seconds": round(self.seconds, 3),
-                "fps": round((len(self.frames) - 1) / self.seconds, 2) if self.seconds > 0 else 0.0}
+        return {
+            "clip": self.id,
+            "camera": self.camera,
+            "taken_at": self.taken_at,
+            "width": self.width,
+            "height": self.height,
+            "frames": len(self.frames),
+            "seconds": round(self.seconds, 3),
+            "fps": round((len(self.frames) - 1) / self.seconds, 2) if self.seconds > 0 else 0.0,
+        }
 
 
 class ClipRepository:
@@ -70,12 +77,20 @@ class ClipRepository:
 
     def add(self, camera: str, head: Mapping[str, Any], jpegs: bytes) -> Clip:
         """Save one. head: width, height and frames with their bytes, in the order of the JPEGs."""
-        header = {"camera": camera, "taken_at": timestamp(self._clock), "width": head["width"],
-                  "height": head["height"], "frames": list(head["frames"])}
+        header = {
+            "camera": camera,
+            "taken_at": timestamp(self._clock),
+            "width": head["width"],
+            "height": head["height"],
+            "frames": list(head["frames"]),
+        }
         text = json.dumps(header, allow_nan=False, separators=(",", ":")).encode("ascii")
         if len(text) > MAX_HEADER_BYTES or len(jpegs) > MAX_BYTES:
-            raise DiskFull(say("clip.too-large", "The clip is too large."),
-                           say("clip.fewer-seconds", "Record fewer seconds."), reason="clip-too-large")
+            raise DiskFull(
+                say("clip.too-large", "The clip is too large."),
+                say("clip.fewer-seconds", "Record fewer seconds."),
+                reason="clip-too-large",
+            )
         with self._failures.noted("The clip"):
             self._quota.check_free()
             make_folder(self.folder)
@@ -99,17 +114,25 @@ class ClipRepository:
     def get(self, id: str) -> Clip:
         """Return one; NotFound."""
         header, _ = self._header(id)
-        return Clip(id, header["camera"], header["taken_at"], header["width"], header["height"],
-                    tuple(header["frames"]))
+        return Clip(
+            id,
+            header["camera"],
+            header["taken_at"],
+            header["width"],
+            header["height"],
+            tuple(header["frames"]),
+        )
 
     def frame(self, id: str, number: int) -> bytes:
         """Return the JPEG of a frame, counted from 0; NotFound."""
         header, begin = self._header(id)
         sizes = [frame["bytes"] for frame in header["frames"]]
         if not 0 <= number < len(sizes):
-            raise NotFound(say("clip.unknown-frame", "The clip has no frame {frame}.", frame=number),
-                           say("clip.frames", "Request a frame from 0 to {last}.", last=len(sizes) - 1),
-                           reason="unknown-frame")
+            raise NotFound(
+                say("clip.unknown-frame", "The clip has no frame {frame}.", frame=number),
+                say("clip.frames", "Request a frame from 0 to {last}.", last=len(sizes) - 1),
+                reason="unknown-frame",
+            )
         try:
             with self._path(id).open("rb") as file:
                 file.seek(begin + list(accumulate(sizes, initial=0))[number])
@@ -119,8 +142,13 @@ class ClipRepository:
 
     def delete(self, id: str, etag: str | None = None) -> None:
         """Delete the one with that ETag (None: whichever); NotFound, or Stale."""
-        check_etag(etag, self.get(id).etag, say("stale.clip", "This is another clip than the one you opened."),
-                   "stale-clip", {"clip": id})
+        check_etag(
+            etag,
+            self.get(id).etag,
+            say("stale.clip", "This is another clip than the one you opened."),
+            "stale-clip",
+            {"clip": id},
+        )
         with self._failures.noted("The deletion"):
             self._path(id).unlink(missing_ok=True)
 
@@ -133,8 +161,13 @@ class ClipRepository:
                 if length > MAX_HEADER_BYTES:
                     raise ValueError
                 header = json.loads(file.read(length))
-            if not all(type(frame["bytes"]) is int and frame["bytes"] > 0 and type(frame["seq"]) is int
-                       and type(frame["time_s"]) is float for frame in header["frames"]):
+            if not all(
+                type(frame["bytes"]) is int
+                and frame["bytes"] > 0
+                and type(frame["seq"]) is int
+                and type(frame["time_s"]) is float
+                for frame in header["frames"]
+            ):
                 raise ValueError
             if not all(name in header for name in ("camera", "taken_at", "width", "height")):
                 raise ValueError
@@ -162,16 +195,22 @@ class ClipRepository:
 
 
 def _unknown(id: str) -> NotFound:
-    return NotFound(say("clip.unknown", "There is no clip {id!r}.", id=id[:40]), "List them with GET /api/v1/clips.",
-                    reason="unknown-clip")
+    return NotFound(
+        say("clip.unknown", "There is no clip {id!r}.", id=id[:40]),
+        "List them with GET /api/v1/clips.",
+        reason="unknown-clip",
+    )
 
 
 def load_plans() -> dict[str, StageConfig]:
     """Load every plan that comes with Touchline, by name, in order."""
     plans = [load_plan(path) for path in sorted((shipped("configs") / "stages").glob("*.yaml"))]
     if not plans:
-        raise NotFound("The detection plans of Touchline are not installed.", "Install Touchline again.",
-                       reason="no-stages")
+        raise NotFound(
+            "The detection plans of Touchline are not installed.",
+            "Install Touchline again.",
+            reason="no-stages",
+        )
     return {plan.name: plan for plan in plans}
 
 
@@ -184,8 +223,11 @@ def named_plan(name: str) -> StageConfig:
     """Return a plan that comes with Touchline; NotFound."""
     plans = load_plans()
     if name not in plans:
-        raise NotFound(say("plan.unknown", "There is no detection plan called {name!r}.", name=name[:40]),
-                       use_one_of(plans), reason="unknown-stages")
+        raise NotFound(
+            say("plan.unknown", "There is no detection plan called {name!r}.", name=name[:40]),
+            use_one_of(plans),
+            reason="unknown-stages",
+        )
     return plans[name]
 
 

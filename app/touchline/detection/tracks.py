@@ -68,13 +68,19 @@ class ObjectTrack:
             return self.state, self.spread
         move = np.eye(4)
         move[0, 2] = move[1, 3] = dt
-        g = np.array([[dt * dt / 2, 0], [0, dt * dt / 2], [dt, 0], [0, dt]]) * ACCELERATION_MM_S2[self.kind]
+        g = (
+            np.array([[dt * dt / 2, 0], [0, dt * dt / 2], [dt, 0], [0, dt]])
+            * ACCELERATION_MM_S2[self.kind]
+        )
         return move @ self.state, move @ self.spread @ move.T + g @ g.T
 
     def seam_mm(self, now_s: float) -> float | None:
         """The largest distance between two cameras' sightings of now; None where fewer than two see it."""
-        here = [s.place + self.state[2:] * (now_s - s.time_s) for s in self.sightings.values()
-                if now_s - s.time_s <= FRESH_S]
+        here = [
+            s.place + self.state[2:] * (now_s - s.time_s)
+            for s in self.sightings.values()
+            if now_s - s.time_s <= FRESH_S
+        ]
         if len(here) < 2:
             return None
         return max(float(np.hypot(*(a - b))) for i, a in enumerate(here) for b in here[:i])
@@ -82,13 +88,22 @@ class ObjectTrack:
     def to_json(self, now_s: float) -> dict[str, Any]:
         state, spread = self.at(now_s)
         seam = self.seam_mm(now_s)
-        return {"track": self.number, "kind": self.kind, "team": self.team, "id": self.id,
-                "x_mm": round(float(state[0]), 2), "y_mm": round(float(state[1]), 2),
-                "orientation_deg": None if self.front_rad is None else round(degrees(self.front_rad), 2),
-                "vx_mm_s": round(float(state[2]), 1), "vy_mm_s": round(float(state[3]), 1),
-                "covariance_mm2": [[round(float(v), 3) for v in row] for row in spread[:2, :2]],
-                "cameras": sorted(c for c, s in self.sightings.items() if now_s - s.time_s <= FRESH_S),
-                "seam_mm": None if seam is None else round(seam, 2)}
+        return {
+            "track": self.number,
+            "kind": self.kind,
+            "team": self.team,
+            "id": self.id,
+            "x_mm": round(float(state[0]), 2),
+            "y_mm": round(float(state[1]), 2),
+            "orientation_deg": None
+            if self.front_rad is None
+            else round(degrees(self.front_rad), 2),
+            "vx_mm_s": round(float(state[2]), 1),
+            "vy_mm_s": round(float(state[3]), 1),
+            "covariance_mm2": [[round(float(v), 3) for v in row] for row in spread[:2, :2]],
+            "cameras": sorted(c for c, s in self.sightings.items() if now_s - s.time_s <= FRESH_S),
+            "seam_mm": None if seam is None else round(seam, 2),
+        }
 
 
 class ObjectTracker:
@@ -133,33 +148,64 @@ class ObjectTracker:
     def to_json(self, now_s: float | None = None) -> list[dict[str, Any]]:
         """Return every confirmed track, at that time or at the newest frame's; plain JSON."""
         now_s = self._now_s if now_s is None else now_s
-        return [track.to_json(now_s) for track in self._tracks if track.seen >= MIN_SIGHTINGS and now_s - track.last_s
-                <= LOST_S]
+        return [
+            track.to_json(now_s)
+            for track in self._tracks
+            if track.seen >= MIN_SIGHTINGS and now_s - track.last_s <= LOST_S
+        ]
 
-    def _begin(self, camera: str, item: Detection, place: NDArray[np.float64], noise: NDArray[np.float64],
-               time_s: float) -> None:
+    def _begin(
+        self,
+        camera: str,
+        item: Detection,
+        place: NDArray[np.float64],
+        noise: NDArray[np.float64],
+        time_s: float,
+    ) -> None:
         spread = np.zeros((4, 4))
         spread[:2, :2] = noise
         spread[2:, 2:] = np.eye(2) * FIRST_SPEED_MM_S[item.kind] ** 2
-        self._tracks.append(ObjectTrack(self._next, item.kind, item.team, item.id, np.array([*place, 0.0, 0.0]), spread,
-                                        time_s, 1, item.orientation_rad, {camera: Sighting(time_s, place)}))
+        self._tracks.append(
+            ObjectTrack(
+                self._next,
+                item.kind,
+                item.team,
+                item.id,
+                np.array([*place, 0.0, 0.0]),
+                spread,
+                time_s,
+                1,
+                item.orientation_rad,
+                {camera: Sighting(time_s, place)},
+            )
+        )
         self._next += 1
 
 
 def seams_of(tracks: Iterable[Mapping[str, Any]]) -> dict[str, float | int | None]:
     """How far apart cameras see the same things now: {"things", "median_mm", "max_mm"}."""
     seams = [track["seam_mm"] for track in tracks if track["seam_mm"] is not None]
-    return {"things": len(seams), "median_mm": round(float(np.median(seams)), 2) if seams else None,
-            "max_mm": max(seams) if seams else None}
+    return {
+        "things": len(seams),
+        "median_mm": round(float(np.median(seams)), 2) if seams else None,
+        "max_mm": max(seams) if seams else None,
+    }
 
 
 def _noise(item: Detection) -> NDArray[np.float64]:
-    covariance = np.eye(2) * UNKNOWN_MM**2 if item.covariance_mm2 is None else np.array(item.covariance_mm2)
+    covariance = (
+        np.eye(2) * UNKNOWN_MM**2 if item.covariance_mm2 is None else np.array(item.covariance_mm2)
+    )
     return covariance + np.eye(2) * SEAM_MM**2
 
 
-def _nearest(tracks: Iterable[ObjectTrack], item: Detection, place: NDArray[np.float64], noise: NDArray[np.float64],
-             time_s: float) -> ObjectTrack | None:
+def _nearest(
+    tracks: Iterable[ObjectTrack],
+    item: Detection,
+    place: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    time_s: float,
+) -> ObjectTrack | None:
     best, least = None, inf
     for track in tracks:
         if track.kind != item.kind or track.team != item.team:
@@ -177,8 +223,14 @@ def _nearest(tracks: Iterable[ObjectTrack], item: Detection, place: NDArray[np.f
     return best
 
 
-def _update(track: ObjectTrack, camera: str, item: Detection, place: NDArray[np.float64], noise: NDArray[np.float64],
-            time_s: float) -> None:
+def _update(
+    track: ObjectTrack,
+    camera: str,
+    item: Detection,
+    place: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    time_s: float,
+) -> None:
     state, spread = track.at(time_s)
     gain = np.linalg.solve(spread[:2, :2] + noise, spread[:2, :]).T  # (4, 2)
     track.state = state + gain @ (place - state[:2])
@@ -192,5 +244,9 @@ def _update(track: ObjectTrack, camera: str, item: Detection, place: NDArray[np.
     if item.orientation_rad is not None:
         if track.front_rad is None:
             track.front_rad = item.orientation_rad
-        turn = atan2(sin(item.orientation_rad - track.front_rad), cos(item.orientation_rad - track.front_rad))
-        track.front_rad = atan2(sin(track.front_rad + TURN * turn), cos(track.front_rad + TURN * turn))
+        turn = atan2(
+            sin(item.orientation_rad - track.front_rad), cos(item.orientation_rad - track.front_rad)
+        )
+        track.front_rad = atan2(
+            sin(track.front_rad + TURN * turn), cos(track.front_rad + TURN * turn)
+        )

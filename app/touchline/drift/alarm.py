@@ -20,30 +20,57 @@ MIN_PASSING_SAMPLES = 4
 
 FIXES: dict[DriftState, str] = {
     "learning": say("drift.learning.fix", "Wait a few seconds."),
-    "unfollowed": say("drift.unfollowed.fix", "Calibrate it with an image that shows the field lines."),
+    "unfollowed": say(
+        "drift.unfollowed.fix", "Calibrate it with an image that shows the field lines."
+    ),
     "steady": "",
-    "misplaced": say("drift.misplaced.fix", "Calibrate it again with a physical lens model, or with points on lines "
-                                            "inside the field."),
-    "knocked": say("drift.moved.fix", "Move the camera back, or update its pose. The lens calibration remains valid."),
-    "out-of-focus": say("drift.focus.fix", "Focus the camera again and lock the ring. If the new focus stays, "
-                                           "calibrate the lens again."),
-    "replaced": say("drift.replaced.fix", "Check its image. Move the camera back, or calibrate it again."),
+    "misplaced": say(
+        "drift.misplaced.fix",
+        "Calibrate it again with a physical lens model, or with points on lines inside the field.",
+    ),
+    "knocked": say(
+        "drift.moved.fix",
+        "Move the camera back, or update its pose. The lens calibration remains valid.",
+    ),
+    "out-of-focus": say(
+        "drift.focus.fix",
+        "Focus the camera again and lock the ring. If the new focus stays, "
+        "calibrate the lens again.",
+    ),
+    "replaced": say(
+        "drift.replaced.fix", "Check its image. Move the camera back, or calibrate it again."
+    ),
     "covered": say("drift.covered.fix", "Uncover the lines, or wait until they are visible again."),
     "dark": say("drift.dark.fix", "Switch on the lights, or increase the exposure time."),
 }
 SENTENCES: dict[DriftState, Sentence] = {
     "learning": say("drift.learning", "Checking the camera position…"),
-    "unfollowed": say("drift.unfollowed", "Too few field lines are at their calibrated position. Movement of the "
-                                          "camera cannot be detected."),
-    "covered": say("drift.covered", "Too many field lines are covered. Movement of the camera cannot be detected."),
+    "unfollowed": say(
+        "drift.unfollowed",
+        "Too few field lines are at their calibrated position. Movement of the "
+        "camera cannot be detected.",
+    ),
+    "covered": say(
+        "drift.covered",
+        "Too many field lines are covered. Movement of the camera cannot be detected.",
+    ),
     "dark": say("drift.dark", "The image is too dark. Movement of the camera cannot be detected."),
-    "replaced": say("drift.replaced", "No field lines were detected near their calibrated position. The camera was "
-                                      "rotated far, or replaced."),
+    "replaced": say(
+        "drift.replaced",
+        "No field lines were detected near their calibrated position. The camera was "
+        "rotated far, or replaced.",
+    ),
 }
 
 
-STATES: dict[str, DriftState] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark",
-                                 "turned": "replaced", "mirrored": "replaced"}
+STATES: dict[str, DriftState] = {
+    "soft": "out-of-focus",
+    "gone": "replaced",
+    "covered": "covered",
+    "dark": "dark",
+    "turned": "replaced",
+    "mirrored": "replaced",
+}
 
 
 def state_of(sample: MotionSample, was_knocked: bool = False) -> DriftState:
@@ -79,7 +106,10 @@ class DriftStatus:
         before, now = self.worded.moved if self.worded else None, sample.moved
         if self.worded is None or before is None or now is None:
             return before is now
-        return abs(now.mm - before.mm) < MIN_REWORDED * before.mm and self.worded.softer_px == sample.softer_px
+        return (
+            abs(now.mm - before.mm) < MIN_REWORDED * before.mm
+            and self.worded.softer_px == sample.softer_px
+        )
 
     @property
     def alarm(self) -> bool:
@@ -98,15 +128,28 @@ class DriftStatus:
         return own if self.hidden is None else join(own, SENTENCES[self.hidden])
 
     def to_json(self) -> DriftJson:
-        px, mm, sigma_px, sigma_mm = [None] * 4 if self.sample is None or (moved := self.sample.moved) is None else [
-            round(value, 4) for value in (moved.px, moved.mm, moved.sigma_px, moved.sigma_mm)]
-        return stated(DriftJson(
-            state=self.state, alarm=self.alarm,
-            monitored=self.state in MONITORED and self.hidden is None, since=round(self.since, 3),
-            px=px, mm=mm, sigma_px=sigma_px, sigma_mm=sigma_mm,
-            softer_px=self.sample.softer_px if self.sample else None,
-            seen=self.sample.seen if self.sample else 0,
-            sentence=self.sentence, fix=FIXES[self.state], doubt=self.doubt))
+        px, mm, sigma_px, sigma_mm = (
+            [None] * 4
+            if self.sample is None or (moved := self.sample.moved) is None
+            else [round(value, 4) for value in (moved.px, moved.mm, moved.sigma_px, moved.sigma_mm)]
+        )
+        return stated(
+            DriftJson(
+                state=self.state,
+                alarm=self.alarm,
+                monitored=self.state in MONITORED and self.hidden is None,
+                since=round(self.since, 3),
+                px=px,
+                mm=mm,
+                sigma_px=sigma_px,
+                sigma_mm=sigma_mm,
+                softer_px=self.sample.softer_px if self.sample else None,
+                seen=self.sample.seen if self.sample else 0,
+                sentence=self.sentence,
+                fix=FIXES[self.state],
+                doubt=self.doubt,
+            )
+        )
 
 
 class DriftWatch:
@@ -120,7 +163,10 @@ class DriftWatch:
     @property
     def doubtful(self) -> bool:
         """Whether the last sample differs from the status: then the next should not wait."""
-        return bool(self._alike) and self._alike[-1][0] not in (self.status.state, self.status.hidden)
+        return bool(self._alike) and self._alike[-1][0] not in (
+            self.status.state,
+            self.status.hidden,
+        )
 
     def misplaced(self, sentence: str, doubt: str = "") -> None:
         """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked.
@@ -143,8 +189,14 @@ class DriftWatch:
         elif len(self._alike) >= needed and self.status.outlasts(state):
             self.status = replace(self.status, hidden=state)
         elif len(self._alike) >= needed:
-            self.status = replace(self.status, state=state, since=self._alike[-needed][1], sample=sample,
-                                  worded=sample, hidden=None)
+            self.status = replace(
+                self.status,
+                state=state,
+                since=self._alike[-needed][1],
+                sample=sample,
+                worded=sample,
+                hidden=None,
+            )
         return self.status
 
     def _needed_samples(self, state: DriftState) -> int:
@@ -167,19 +219,36 @@ def _same_kind(before: DriftState, state: DriftState) -> bool:
 
 def sentence(state: DriftState, sample: MotionSample | None) -> Sentence:
     """Describe the status for the operator."""
-    if state == "replaced" and sample is not None and (sample.kind == "turned" or sample.kind == "mirrored"):
+    if (
+        state == "replaced"
+        and sample is not None
+        and (sample.kind == "turned" or sample.kind == "mirrored")
+    ):
         return orientation.SENTENCES[sample.kind]
     if state in SENTENCES or sample is None or (moved := sample.moved) is None:
         return SENTENCES.get(state, SENTENCES["learning"])
     if state == "out-of-focus":
         px = _px(abs(sample.softer_px))
-        return (say("drift.softer", "The focus has changed: the lines are softer by {px} px.", px=px)
-                if sample.softer_px > 0 else
-                say("drift.sharper", "The focus has changed: the lines are sharper by {px} px.", px=px))
+        return (
+            say("drift.softer", "The focus has changed: the lines are softer by {px} px.", px=px)
+            if sample.softer_px > 0
+            else say(
+                "drift.sharper", "The focus has changed: the lines are sharper by {px} px.", px=px
+            )
+        )
     if state == "knocked":
-        return say("drift.moved", "The camera has moved. Positions are off by about {mm} mm ({px} px).",
-                   mm=_mm(moved.mm), px=_px(moved.px))
-    return say("drift.steady", "No movement detected ({px} px, {mm} mm).", px=_px(moved.px), mm=_mm(moved.mm))
+        return say(
+            "drift.moved",
+            "The camera has moved. Positions are off by about {mm} mm ({px} px).",
+            mm=_mm(moved.mm),
+            px=_px(moved.px),
+        )
+    return say(
+        "drift.steady",
+        "No movement detected ({px} px, {mm} mm).",
+        px=_px(moved.px),
+        mm=_mm(moved.mm),
+    )
 
 
 def _px(px: float) -> str:

@@ -24,13 +24,30 @@ GOOD_COLOUR, POOR_COLOUR, EXPECTED_COLOUR = (80, 220, 80), (60, 60, 255), (255, 
 
 
 def check(
-    calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="A calibration from calibrate, or exported "
-                                                "as json.")],
-    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES…", help="Current images of the camera. Moving "
-                                                   "objects are removed if there are several images.")],
-    drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the image with the expected "
-                                               "and the detected lines.")] = None,
-    enough: EnoughOption = Enough.fair, as_json: AsJson = False,
+    calibration: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CAL.json", help="A calibration from calibrate, or exported as json."
+        ),
+    ],
+    pictures: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="PICTURES…",
+            help="Current images of the camera. Moving "
+            "objects are removed if there are several images.",
+        ),
+    ],
+    drawn: Annotated[
+        Path | None,
+        typer.Option(
+            "--drawn",
+            metavar="PICTURE",
+            help="Write the image with the expected and the detected lines.",
+        ),
+    ] = None,
+    enough: EnoughOption = Enough.fair,
+    as_json: AsJson = False,
 ) -> None:
     """Compare the field lines with a calibration. Exit code 5 if it is below --enough."""
     calibrated = files.read_calibration(calibration)
@@ -51,13 +68,18 @@ def _summary(found: Check) -> str:
     width = max(map(len, names), default=4)
     rows.append(f"{'line':<{width}}  detected      mm  largest mm    px")
     for name, line in zip(names, found["lines"], strict=True):
-        figures = "     –           –     –" if line["rms_mm"] is None else (
-            f"{line['rms_mm']:6.1f}    {line['worst_mm']:8.1f}  {line['rms_px']:4.1f}")
+        figures = (
+            "     –           –     –"
+            if line["rms_mm"] is None
+            else (f"{line['rms_mm']:6.1f}    {line['worst_mm']:8.1f}  {line['rms_px']:4.1f}")
+        )
         rows.append(f"{name:<{width}}     {100 * line['found_share']:3.0f} %  {figures}")
     if found["carpet"] is not None:
         x, y = found["carpet"]["where"]
-        rows.append(f"Largest error on the carpet: {found['carpet']['max_mm']:.1f} mm at ({x:.0f}, {y:.0f}) mm." + (
-            f" At robot-top height: {found['hat']['max_mm']:.1f} mm." if found["hat"] else ""))
+        rows.append(
+            f"Largest error on the carpet: {found['carpet']['max_mm']:.1f} mm at ({x:.0f}, {y:.0f}) mm."
+            + (f" At robot-top height: {found['hat']['max_mm']:.1f} mm." if found["hat"] else "")
+        )
     return "\n".join(rows)
 
 
@@ -65,7 +87,9 @@ def _draw(pixels: Pixels, found: Check) -> Pixels:
     """Draw white points where the calibration has the lines, green or red ones where they are."""
     canvas = pixels.copy()
     for point in found["points"]:
-        expected, actual = (tuple(np.round(px).astype(int).tolist()) for px in (point["expected"], point["found"]))
+        expected, actual = (
+            tuple(np.round(px).astype(int).tolist()) for px in (point["expected"], point["found"])
+        )
         cv2.circle(canvas, expected, 2, EXPECTED_COLOUR, -1, cv2.LINE_AA)
         colour = POOR_COLOUR if level_of(abs(point["off_mm"])) == "poor" else GOOD_COLOUR
         cv2.line(canvas, expected, actual, colour, 1, cv2.LINE_AA)

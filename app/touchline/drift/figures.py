@@ -53,10 +53,15 @@ class Promise(NamedTuple):
     def of(cls, report: Mapping[str, Any]) -> Self:
         """Read a calibration's report; one of another program may have none of it."""
         verdict = report.get("verdict") or {}
-        errors_mm = [verdict.get("mm"), *(row.get("rms_mm") for row in report.get("per_feature") or ())]
+        errors_mm = [
+            verdict.get("mm"),
+            *(row.get("rms_mm") for row in report.get("per_feature") or ()),
+        ]
         level = verdict.get("level")
-        return cls(level if level in LEVELS else "unknown",
-                   max((mm for mm in map(number, errors_mm) if mm is not None), default=None))
+        return cls(
+            level if level in LEVELS else "unknown",
+            max((mm for mm in map(number, errors_mm) if mm is not None), default=None),
+        )
 
 
 def observations_without_outliers(calibration: Calibration) -> Observations:
@@ -65,8 +70,10 @@ def observations_without_outliers(calibration: Calibration) -> Observations:
         observations = observations_from_json(calibration.observations)
     except TouchlineError:
         return ()
-    return tuple(Observation(o.feature, o.kind, o.points[~is_outlier], o.z_mm)
-                 for o, is_outlier in zip(observations, calibration.outliers(observations), strict=True))
+    return tuple(
+        Observation(o.feature, o.kind, o.points[~is_outlier], o.z_mm)
+        for o, is_outlier in zip(observations, calibration.outliers(observations), strict=True)
+    )
 
 
 class Change(TypedDict):
@@ -107,8 +114,15 @@ class CheckFigures(TypedDict):
     change: Change | None
 
 
-def check_figures(seen: LineMeasurements, model: CameraModel, size: ImageSize, field: Field, promise: Promise,
-                  change: Change | None, others_share: float = 0.0) -> CheckFigures:
+def check_figures(
+    seen: LineMeasurements,
+    model: CameraModel,
+    size: ImageSize,
+    field: Field,
+    promise: Promise,
+    change: Change | None,
+    others_share: float = 0.0,
+) -> CheckFigures:
     """Compute the figures from where the lines are."""
     of = seen.found
     mm = np.abs(seen.off_mm[of])
@@ -116,20 +130,35 @@ def check_figures(seen: LineMeasurements, model: CameraModel, size: ImageSize, f
     with suppress(FitFailed):  # too little was seen for a map; the lines speak for themselves
         evidence = seen.evidence()
         moved = fit_offset_field(evidence)
-        rest_mm = evidence.offset_mm - np.sum(moved.at(evidence.places)[0] * evidence.normals, axis=1)
+        rest_mm = evidence.offset_mm - np.sum(
+            moved.at(evidence.places)[0] * evidence.normals, axis=1
+        )
         left_mm = rms(rest_mm[moved.good])
         if moved.good.mean() > MIN_MAPPED_SHARE:
             figures = agreement(model, size, model, size, field, evidence, moved)
             carpet, hat = figures["carpet"], figures["hat"]
-    return {"found_share": seen.share, "lines_found": len(set(seen.marking[of].tolist())),
-            "rms_mm": rms(mm), "p95_mm": float(np.percentile(mm, 95)) if len(mm) else None,
-            "rms_px": rms(seen.off_px[of]), "left_mm": left_mm, "carpet": carpet, "hat": hat,
-            "missing": np.array(seen.names)[seen.missing].tolist(), "missing_share": seen.missing_share,
-            "missing_inside": seen.missing_inside, "others_share": others_share,
-            "own_mm": promise.mm, "own_level": promise.level, "change": change}
+    return {
+        "found_share": seen.share,
+        "lines_found": len(set(seen.marking[of].tolist())),
+        "rms_mm": rms(mm),
+        "p95_mm": float(np.percentile(mm, 95)) if len(mm) else None,
+        "rms_px": rms(seen.off_px[of]),
+        "left_mm": left_mm,
+        "carpet": carpet,
+        "hat": hat,
+        "missing": np.array(seen.names)[seen.missing].tolist(),
+        "missing_share": seen.missing_share,
+        "missing_inside": seen.missing_inside,
+        "others_share": others_share,
+        "own_mm": promise.mm,
+        "own_level": promise.level,
+        "change": change,
+    }
 
 
-def change_since(seen: LineMeasurements | None, model: CameraModel, size: ImageSize, field: Field) -> Change | None:
+def change_since(
+    seen: LineMeasurements | None, model: CameraModel, size: ImageSize, field: Field
+) -> Change | None:
     """Return the change that measure_change() found; None where too little of it was found."""
     if seen is None:
         return None
@@ -147,7 +176,9 @@ def change_since(seen: LineMeasurements | None, model: CameraModel, size: ImageS
     if count >= MIN_MEASURES[-1] and not is_still:
         # where no part of the carpet is known, the lines speak for themselves
         with suppress(FitFailed):
-            changes_mm.append(agreement(model, size, model, size, field, evidence, moved)["carpet"]["p95_mm"])
+            changes_mm.append(
+                agreement(model, size, model, size, field, evidence, moved)["carpet"]["p95_mm"]
+            )
     for line in lines:
         mm = seen.off_mm[of & (seen.marking == line)]
         if len(mm) >= MIN_MARKING_PLACES:
@@ -157,8 +188,12 @@ def change_since(seen: LineMeasurements | None, model: CameraModel, size: ImageS
     by_lines_mm = mm / max(_ratio_to_line_errors(seen), MIN_CHANCE)
     by_scatter_mm = MIN_NOISE_FACTOR * scatter_mm * float(np.sqrt(MOTION_TERMS / count))
     left_squared = (rms(evidence.offset_mm - smooth_mm) or 0.0) ** 2 - scatter_mm**2
-    return {"mm": mm, "least_mm": max(by_lines_mm, by_scatter_mm), "left_mm": float(np.sqrt(max(left_squared, 0.0))),
-            "found_share": seen.share}
+    return {
+        "mm": mm,
+        "least_mm": max(by_lines_mm, by_scatter_mm),
+        "left_mm": float(np.sqrt(max(left_squared, 0.0))),
+        "found_share": seen.share,
+    }
 
 
 def _is_still(seen: LineMeasurements, evidence: OffsetMeasurements) -> bool:
@@ -169,15 +204,21 @@ def _is_still(seen: LineMeasurements, evidence: OffsetMeasurements) -> bool:
     still = np.abs(seen.off_px[seen.found]) <= LINE_SIGMA_PX
     if still.mean() <= MIN_SHARE:
         return False
-    resting = OffsetMeasurements.of_lines(evidence.places[still], evidence.normals[still], np.zeros(int(still.sum())),
-                                          evidence.offset_mm[still])
+    resting = OffsetMeasurements.of_lines(
+        evidence.places[still],
+        evidence.normals[still],
+        np.zeros(int(still.sum())),
+        evidence.offset_mm[still],
+    )
     _, directions = fit_offset_field(resting).known_mm(evidence.places)
     return float(np.mean(directions == BOTH_DIRECTIONS)) > MIN_SHARE
 
 
 def _ratio_to_line_errors(seen: LineMeasurements) -> float:
     """Return how far lines lie off in the picture, as a share of what the lines' own errors may add up to by chance."""
-    of_line = [np.abs(seen.off_px[seen.found & (seen.marking == line)]) for line in range(len(seen.names))]
+    of_line = [
+        np.abs(seen.off_px[seen.found & (seen.marking == line)]) for line in range(len(seen.names))
+    ]
     medians_px = [float(np.median(px)) for px in of_line if len(px)]
     sum_of_squares = float(np.sum((np.array(medians_px) / LINE_SIGMA_PX) ** 2))
     # A sum of n squared normal errors, in σ, has the mean n and the variance 2 n.

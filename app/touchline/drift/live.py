@@ -50,7 +50,11 @@ class DriftPart(CameraPart):
     def apply(self, calibration: AppliedCalibration | None, picture: JsonObject | None) -> None:
         """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
         before = self._target
-        if calibration is not None and before is not None and before[0].record.id == calibration.record.id:
+        if (
+            calibration is not None
+            and before is not None
+            and before[0].record.id == calibration.record.id
+        ):
             return  # the same again, as after a cable was out: what is known of it holds
         self._target = None if calibration is None else (calibration, picture)
         self.newest = None
@@ -66,7 +70,9 @@ class DriftPart(CameraPart):
             self._changed.wait()
             self._changed.clear()
             if (target := self._target) is not None:
-                with self._failures.surviving(say("camera-failure.drift", "The camera is not monitored for drift")):
+                with self._failures.surviving(
+                    say("camera-failure.drift", "The camera is not monitored for drift")
+                ):
                     self._follow(target)
                     continue
                 self.newest = None
@@ -80,8 +86,13 @@ class DriftPart(CameraPart):
 
         def report(source: Source | None, took_s: float = 0.0) -> None:
             if self._target is target:
-                self.newest = {**watch.status.to_json(), "calibration": calibration.id, "reference": source,
-                               "took_ms": round(1000 * took_s, 1)}
+                self.newest = {
+                    **watch.status.to_json(),
+                    "calibration": calibration.id,
+                    "reference": source,
+                    "took_ms": round(1000 * took_s, 1),
+                }
+
         report(None)
         reference = self._reference_in(applied, picture)
         source: Source = "calibration" if reference is not None else "start"
@@ -105,8 +116,9 @@ class DriftPart(CameraPart):
                     report(source, time.thread_time() - begun)
             self._changed.wait(DOUBTFUL_LOOK_S if watch.doubtful else LOOK_S)
 
-    def _reference_in(self, applied: AppliedCalibration,
-                              picture: JsonObject | None) -> "_Reference | None":
+    def _reference_in(
+        self, applied: AppliedCalibration, picture: JsonObject | None
+    ) -> "_Reference | None":
         if picture is None:
             return None
         try:
@@ -146,10 +158,14 @@ def _reference(pictures: list[Pixels], applied: AppliedCalibration) -> _Referenc
     if (width, height) != tuple(applied.record.image_size):
         return None
     try:
-        if (lines := LineReference.of(pictures, applied.model, applied.field, applied.region)) is None:
+        if (
+            lines := LineReference.of(pictures, applied.model, applied.field, applied.region)
+        ) is None:
             return None
         verdict = verdict_in(pictures[0], applied.record)
     except (TouchlineError, np.linalg.LinAlgError):
         return None
     sentence, level = sentence_in(verdict, "sentence"), verdict["lines_level"]
-    return _Reference(lines, sentence if level == "poor" else "", sentence if level == "fair" else "")
+    return _Reference(
+        lines, sentence if level == "poor" else "", sentence if level == "fair" else ""
+    )

@@ -19,7 +19,13 @@ from touchline.core.field_json import field_from_json
 from touchline.core.geometry import Array, ImageSize, Points, root_mean_square
 from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.json_values import JsonObject
-from touchline.core.records import Calibration, Frame, Observation, Observations, observations_from_json
+from touchline.core.records import (
+    Calibration,
+    Frame,
+    Observation,
+    Observations,
+    observations_from_json,
+)
 from touchline.core.sentences import DETECTING_FIELD_LINES, SET_RESOLUTION, other_image_size
 from touchline.core.statements import Sentence, join, say, stated
 from touchline.drift.tracking import LINE_SIGMA_PX, TrackedLines, track_lines
@@ -28,7 +34,14 @@ from touchline.evaluate.field_lines.orientation import OrientationReference
 from touchline.fitting import FITTERS
 from touchline.fitting.image_motion import estimate_motion
 from touchline.fitting.ray_camera.lens_prior import camera_intrinsics
-from touchline.models import CameraModel, RayModel, Restored, field_from_raw, parameters_json, raw_from_field
+from touchline.models import (
+    CameraModel,
+    RayModel,
+    Restored,
+    field_from_raw,
+    parameters_json,
+    raw_from_field,
+)
 from touchline.models.intrinsics import Intrinsics
 from touchline.models.ray_camera import RayCamera
 from touchline.vision.ridges import with_bright_lines
@@ -46,32 +59,57 @@ REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO = 1280, 0.5
 MAX_MISSING = 0.15
 BEST_SHARE = 0.9  # of the lines' points: the furthest tenth may be robots
 # Options that the kept lens replaces; everything else was the operator's choice.
-LENS_OPTIONS = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
+LENS_OPTIONS = (
+    "lens",
+    "lens_sigma",
+    "terms",
+    "leanings",
+    "start",
+    "click_sigma_px",
+    "height_mm",
+    "centre_sigma_px",
+)
 FREE_SIGMA = 0.1  # of the logarithm of a focal length that is free
 MIN_SIGMAS = 5.0
 # a smaller one moves the field by few millimetres, and lines beside their places make as much
 MIN_ZOOM = 0.005
 MAX_UNSEEN_ZOOM = 0.02  # a zoom so large must show, or else the lens was not tested
-CALIBRATE_AGAIN = say("pose.calibrate-again", "Calibrate the camera again: detect the field lines, or mark points.")
-UNCOVER_LINES = join(say("pose.uncover-lines", "Uncover the lines and switch the lamps on, then try again."),
-                     CALIBRATE_AGAIN)
+CALIBRATE_AGAIN = say(
+    "pose.calibrate-again", "Calibrate the camera again: detect the field lines, or mark points."
+)
+UNCOVER_LINES = join(
+    say("pose.uncover-lines", "Uncover the lines and switch the lamps on, then try again."),
+    CALIBRATE_AGAIN,
+)
 
 
-def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_progress, before: Frame | None = None,
-               snapshot: str | None = None, note: str = "") -> tuple[JsonObject, Calibration]:
+def reregister(
+    calibration: Calibration,
+    frame: Frame,
+    progress: Progress = no_progress,
+    before: Frame | None = None,
+    snapshot: str | None = None,
+    note: str = "",
+) -> tuple[JsonObject, Calibration]:
     """Return a summary and the new version. FitFailed where lines do not suffice; Conflict for another size.
 
     before: the picture that the calibration came from, where it is stored.
     """
     if frame.size != calibration.image_size:
-        raise Conflict(other_image_size(frame.size, calibration.image_size), SET_RESOLUTION, reason="size-mismatch")
+        raise Conflict(
+            other_image_size(frame.size, calibration.image_size),
+            SET_RESOLUTION,
+            reason="size-mismatch",
+        )
     model, painted_field, region = Restored.of(calibration)
     progress(0.0, DETECTING_FIELD_LINES)
     tracked, observations = _track(model, painted_field, region, frame, before)
     field = field_from_json(calibration.field)  # where its lines lie is found again
     part = subprogress(progress, 0.3, 1.0)
     if isinstance(model, RayModel):
-        fit = _fit_pose(calibration, model, tracked, observations, field, region, before is not None, part)
+        fit = _fit_pose(
+            calibration, model, tracked, observations, field, region, before is not None, part
+        )
     else:
         fit = _fit_moved_points(calibration, tracked, field, region, part)
     fitted = fit.result.model
@@ -81,25 +119,55 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
             raise FitFailed(orientation.SENTENCES[way], orientation.FIX, reason=way)
     off_px = _off_px(fitted, tracked, field.as_painted(fit.result.report, region))
     _refuse_other_lens(calibration, model, off_px, frame.size, fit.zoom)
-    request = CalibrationRequest(fit.observations, field, region, frame.size, calibration.model_name, fit.options,
-                                 calibration.camera, snapshot, frame.sha256 or None, note)
-    return (_summary(calibration, model, fit.result, tracked, off_px, fit.zoom),
-            request.record(fit.result, parent=calibration.id))
+    request = CalibrationRequest(
+        fit.observations,
+        field,
+        region,
+        frame.size,
+        calibration.model_name,
+        fit.options,
+        calibration.camera,
+        snapshot,
+        frame.sha256 or None,
+        note,
+    )
+    return (
+        _summary(calibration, model, fit.result, tracked, off_px, fit.zoom),
+        request.record(fit.result, parent=calibration.id),
+    )
 
 
-def _track(model: CameraModel, field: Field, region: Region, frame: Frame, before: Frame | None,
-           ) -> tuple[TrackedLines, Observations]:
+def _track(
+    model: CameraModel,
+    field: Field,
+    region: Region,
+    frame: Frame,
+    before: Frame | None,
+) -> tuple[TrackedLines, Observations]:
     """Find the lines again, also as observations; FitFailed where too few are found, or whole ones are missing."""
     then = None if before is None else with_bright_lines(before.pixels)
     tracked = track_lines(with_bright_lines(frame.pixels), model, field, then)
     observations = () if tracked is None else _observed(tracked, tracked.points, field, region)
     if tracked is None or len(observations) < MIN_LINES:
-        raise FitFailed(say("pose.too-few-lines", "Too few field lines were detected near their previous positions."),
-                        UNCOVER_LINES, reason="lines-not-found")
+        raise FitFailed(
+            say(
+                "pose.too-few-lines",
+                "Too few field lines were detected near their previous positions.",
+            ),
+            UNCOVER_LINES,
+            reason="lines-not-found",
+        )
     if tracked.missing > MAX_MISSING:
-        raise FitFailed(say("pose.lines-missing", "Whole field lines were not detected where the others put them "
-                            "({share:.0f} % of their length). The pose would be a guess.", share=100 * tracked.missing),
-                        UNCOVER_LINES, reason="lines-not-found")
+        raise FitFailed(
+            say(
+                "pose.lines-missing",
+                "Whole field lines were not detected where the others put them "
+                "({share:.0f} % of their length). The pose would be a guess.",
+                share=100 * tracked.missing,
+            ),
+            UNCOVER_LINES,
+            reason="lines-not-found",
+        )
     return tracked, observations
 
 
@@ -112,15 +180,36 @@ class _Fit(NamedTuple):
     zoom: "ZoomCheck | None"
 
 
-def _fit_pose(calibration: Calibration, model: RayModel, tracked: TrackedLines, observations: Observations,
-              field: Field, region: Region, is_seen_before: bool, progress: Progress) -> _Fit:
+def _fit_pose(
+    calibration: Calibration,
+    model: RayModel,
+    tracked: TrackedLines,
+    observations: Observations,
+    field: Field,
+    region: Region,
+    is_seen_before: bool,
+    progress: Progress,
+) -> _Fit:
     """Fit the pose to the lines. is_seen_before: whether the calibration's own picture shows where they were."""
-    lens = camera_intrinsics(model, calibration.covariance) if isinstance(model, RayCamera) else None
+    lens = (
+        camera_intrinsics(model, calibration.covariance) if isinstance(model, RayCamera) else None
+    )
     chosen = {key: value for key, value in calibration.options.items() if key not in LENS_OPTIONS}
-    options = {**chosen, "lens": calibration.lens_option(), "lens_sigma": "own" if lens and lens.estimated else "0"}
+    options = {
+        **chosen,
+        "lens": calibration.lens_option(),
+        "lens_sigma": "own" if lens and lens.estimated else "0",
+    }
     started = {**options, "start": parameters_json(model)}
-    result = workflow.calibrate(observations, field, region, calibration.image_size, calibration.model_name, started,
-                                progress)
+    result = workflow.calibrate(
+        observations,
+        field,
+        region,
+        calibration.image_size,
+        calibration.model_name,
+        started,
+        progress,
+    )
     zoom = None
     if lens is not None:
         earlier = _observed(tracked, tracked.places, field, region) if is_seen_before else ()
@@ -128,28 +217,59 @@ def _fit_pose(calibration: Calibration, model: RayModel, tracked: TrackedLines, 
     return _Fit(result, observations, options, zoom)
 
 
-def _fit_moved_points(calibration: Calibration, tracked: TrackedLines, field: Field, region: Region,
-                      progress: Progress) -> _Fit:
+def _fit_moved_points(
+    calibration: Calibration,
+    tracked: TrackedLines,
+    field: Field,
+    region: Region,
+    progress: Progress,
+) -> _Fit:
     """Fit a model without rays to its points, moved along with the picture."""
     moved = _moved_along(calibration, tracked)
     options = dict(calibration.options)
-    return _Fit(workflow.calibrate(moved, field, region, calibration.image_size, calibration.model_name, options,
-                                   progress), moved, options, None)
+    return _Fit(
+        workflow.calibrate(
+            moved, field, region, calibration.image_size, calibration.model_name, options, progress
+        ),
+        moved,
+        options,
+        None,
+    )
 
 
-def _refuse_other_lens(calibration: Calibration, model: CameraModel, off_px: float, size: ImageSize,
-                       zoom: "ZoomCheck | None") -> None:
+def _refuse_other_lens(
+    calibration: Calibration,
+    model: CameraModel,
+    off_px: float,
+    size: ImageSize,
+    zoom: "ZoomCheck | None",
+) -> None:
     """FitFailed where the lines do not fit the lens that was kept. off_px: see _off_px()."""
     before_px = float(calibration.report.get("rms_px") or 0.0)
     width_ratio = max(size.width / REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO)
     if off_px > max(MAX_WORSE_FACTOR * before_px, MAX_OFF_PX * width_ratio):
         if isinstance(model, RayModel):
-            raise FitFailed(say("pose.lens-changed", "With the same lens, the lines are {px:.1f} px off. The lens, "
-                                "the focus or the field has changed.", px=off_px), CALIBRATE_AGAIN,
-                            reason="lens-changed")
-        raise FitFailed(say("pose.moved-too-far", "After shifting the points with the image, the lines are {px:.1f} px "
-                            "off. This is too far for {model}, which does not separate the lens from the camera pose.",
-                            px=off_px, model=model.TITLE.lower()), CALIBRATE_AGAIN, reason="moved-too-far")
+            raise FitFailed(
+                say(
+                    "pose.lens-changed",
+                    "With the same lens, the lines are {px:.1f} px off. The lens, "
+                    "the focus or the field has changed.",
+                    px=off_px,
+                ),
+                CALIBRATE_AGAIN,
+                reason="lens-changed",
+            )
+        raise FitFailed(
+            say(
+                "pose.moved-too-far",
+                "After shifting the points with the image, the lines are {px:.1f} px "
+                "off. This is too far for {model}, which does not separate the lens from the camera pose.",
+                px=off_px,
+                model=model.TITLE.lower(),
+            ),
+            CALIBRATE_AGAIN,
+            reason="moved-too-far",
+        )
     if zoom and zoom.state == "refuted":
         raise FitFailed(zoom.changed, CALIBRATE_AGAIN, reason="lens-changed")
 
@@ -160,7 +280,9 @@ def _observed(tracked: TrackedLines, points: Points, field: Field, region: Regio
     for number, marking in enumerate(tracked.pattern.markings):
         of = tracked.marking == number
         if of.sum() >= MIN_MARKING_POINTS:
-            observations.append(Observation(field.observed_name(marking.name, region), "line", points[of]))
+            observations.append(
+                Observation(field.observed_name(marking.name, region), "line", points[of])
+            )
     return tuple(observations)
 
 
@@ -171,8 +293,14 @@ def _moved_along(calibration: Calibration, tracked: TrackedLines) -> Observation
     """
     before, size = observations_from_json(list(calibration.observations)), calibration.image_size
     if not before:
-        raise FitFailed(say("pose.no-points", "This calibration was imported and has no points, so its pose cannot "
-                            "be updated."), CALIBRATE_AGAIN, reason="no-observations")
+        raise FitFailed(
+            say(
+                "pose.no-points",
+                "This calibration was imported and has no points, so its pose cannot be updated.",
+            ),
+            CALIBRATE_AGAIN,
+            reason="no-observations",
+        )
     across = np.einsum("ni,nik->nk", tracked.normals, _plane_motion(tracked.places, size))
     off_px = np.sum((tracked.points - tracked.places) * tracked.normals, axis=1)
     q = estimate_motion(across, off_px, np.full(len(off_px), LINE_SIGMA_PX)).q
@@ -192,46 +320,95 @@ def _plane_motion(places: Points, size: ImageSize) -> Array:
     """
     x, y = ((places - np.array(size.centre)) / (np.hypot(*size) / 2)).T
     one, none = np.ones_like(x), np.zeros_like(x)
-    return np.stack([np.stack([one, none, x, y, none, none, x * x, x * y], axis=-1),
-                     np.stack([none, one, none, none, x, y, x * y, y * y], axis=-1)], axis=1)
+    return np.stack(
+        [
+            np.stack([one, none, x, y, none, none, x * x, x * y], axis=-1),
+            np.stack([none, one, none, none, x, y, x * y, y * y], axis=-1),
+        ],
+        axis=1,
+    )
 
 
 def _off_px(model: CameraModel, tracked: TrackedLines, field: Field) -> float:
     """Return how far the lines lie from where the model has them, px: rms without the furthest tenth."""
     markings = [field.markings[int(number)] for number in tracked.marking]
     on_field = field_from_raw(model, tracked.points)
-    feet = np.stack([marking.nearest(point) for marking, point in zip(markings, on_field, strict=True)])
+    feet = np.stack(
+        [marking.nearest(point) for marking, point in zip(markings, on_field, strict=True)]
+    )
     off_px = np.linalg.norm(raw_from_field(model, feet) - tracked.points, axis=1)
     off_px = np.sort(off_px[np.isfinite(off_px)])
-    return root_mean_square(off_px[:max(1, int(BEST_SHARE * len(off_px)))]) if len(off_px) else np.inf
+    return (
+        root_mean_square(off_px[: max(1, int(BEST_SHARE * len(off_px)))]) if len(off_px) else np.inf
+    )
 
 
-def _summary(calibration: Calibration, before: CameraModel, result: CalibrationResult, tracked: TrackedLines,
-             off_px: float, zoom: "ZoomCheck | None") -> JsonObject:
+def _summary(
+    calibration: Calibration,
+    before: CameraModel,
+    result: CalibrationResult,
+    tracked: TrackedLines,
+    off_px: float,
+    zoom: "ZoomCheck | None",
+) -> JsonObject:
     line_count = len(set(tracked.marking.tolist()))
     turned_deg, moved_mm = None, None
     if isinstance(before, RayCamera) and isinstance(result.model, RayCamera):
         turn = np.array(result.model.camera_from_field) @ np.array(before.camera_from_field).T
-        turned_deg = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
-        moved_mm = round(float(np.linalg.norm(np.subtract(result.model.position_mm, before.position_mm))), 1)
-    sentence = join(say("pose.image-moved", "The image had moved by {px:.1f} px.", px=tracked.moved_px),
-                    _fit_sentence(before, zoom, len(tracked.points), line_count, off_px))
-    return stated({"parent": calibration.id, "points": len(tracked.points), "lines": line_count,
-                   "seen_share": round(tracked.share, 3), "lines_px": round(off_px, 3),
-                   "picture_px": round(tracked.moved_px, 2), "turned_deg": turned_deg, "moved_mm": moved_mm,
-                   "verdict": result.report["verdict"], "zoom": zoom and zoom.to_json(), "sentence": sentence})
+        turned_deg = round(
+            float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4
+        )
+        moved_mm = round(
+            float(np.linalg.norm(np.subtract(result.model.position_mm, before.position_mm))), 1
+        )
+    sentence = join(
+        say("pose.image-moved", "The image had moved by {px:.1f} px.", px=tracked.moved_px),
+        _fit_sentence(before, zoom, len(tracked.points), line_count, off_px),
+    )
+    return stated(
+        {
+            "parent": calibration.id,
+            "points": len(tracked.points),
+            "lines": line_count,
+            "seen_share": round(tracked.share, 3),
+            "lines_px": round(off_px, 3),
+            "picture_px": round(tracked.moved_px, 2),
+            "turned_deg": turned_deg,
+            "moved_mm": moved_mm,
+            "verdict": result.report["verdict"],
+            "zoom": zoom and zoom.to_json(),
+            "sentence": sentence,
+        }
+    )
 
 
-def _fit_sentence(before: CameraModel, zoom: "ZoomCheck | None", points: int, lines: int, px: float) -> Sentence:
+def _fit_sentence(
+    before: CameraModel, zoom: "ZoomCheck | None", points: int, lines: int, px: float
+) -> Sentence:
     values = {"points": points, "lines": lines, "px": px}
     if not isinstance(before, RayModel):
-        return say("pose.points-shifted", "With the points shifted, {points} points on {lines} lines fit within "
-                   "{px:.2f} px.", **values)
+        return say(
+            "pose.points-shifted",
+            "With the points shifted, {points} points on {lines} lines fit within {px:.2f} px.",
+            **values,
+        )
     if zoom is not None and zoom.state == "held":
-        return join(say("pose.same-lens", "With the same lens, {points} points on {lines} lines fit within {px:.2f} "
-                        "px.", **values), zoom.resolution)
-    return join(say("pose.kept-lens", "With the lens as it was, {points} points on {lines} lines fit within "
-                    "{px:.2f} px.", **values), (zoom or ZoomCheck(np.nan, np.nan)).untested)
+        return join(
+            say(
+                "pose.same-lens",
+                "With the same lens, {points} points on {lines} lines fit within {px:.2f} px.",
+                **values,
+            ),
+            zoom.resolution,
+        )
+    return join(
+        say(
+            "pose.kept-lens",
+            "With the lens as it was, {points} points on {lines} lines fit within {px:.2f} px.",
+            **values,
+        ),
+        (zoom or ZoomCheck(np.nan, np.nan)).untested,
+    )
 
 
 @dataclass(frozen=True)
@@ -250,8 +427,15 @@ class ZoomCheck:
     sigma: float
 
     @classmethod
-    def of(cls, lens: Intrinsics, earlier: Observations, now: Observations, field: Field, region: Region,
-           options: Mapping[str, Any]) -> "ZoomCheck":
+    def of(
+        cls,
+        lens: Intrinsics,
+        earlier: Observations,
+        now: Observations,
+        field: Field,
+        region: Region,
+        options: Mapping[str, Any],
+    ) -> "ZoomCheck":
         """Compare the focal lengths that both sets of lines ask for.
 
         lens: as it was, with its covariance. earlier: lines of the calibration's own picture; none where it is gone,
@@ -272,23 +456,37 @@ class ZoomCheck:
 
     @property
     def changed(self) -> Sentence:
-        return say("pose.zoomed", "The zoom or focus has changed: the focal length is {zoom:+.1f} ± {sigma:.1f} % off.",
-                   zoom=100 * self.zoom, sigma=100 * self.sigma)
+        return say(
+            "pose.zoomed",
+            "The zoom or focus has changed: the focal length is {zoom:+.1f} ± {sigma:.1f} % off.",
+            zoom=100 * self.zoom,
+            sigma=100 * self.sigma,
+        )
 
     @property
     def resolution(self) -> Sentence:
-        return say("pose.zoom-held", "A zoom of {pct:.1f} % would show.",
-                   pct=100 * max(MIN_SIGMAS * self.sigma, MIN_ZOOM))
+        return say(
+            "pose.zoom-held",
+            "A zoom of {pct:.1f} % would show.",
+            pct=100 * max(MIN_SIGMAS * self.sigma, MIN_ZOOM),
+        )
 
     @property
     def untested(self) -> Sentence:
         if not np.isfinite(self.sigma):
             return say("pose.zoom-unknown", "Whether the zoom has changed could not be tested.")
-        return say("pose.zoom-untested", "Whether the zoom has changed could not be tested: these lines would not show "
-                   "a change of {pct:.0f} %.", pct=100 * min(MIN_SIGMAS * self.sigma, 1.0))
+        return say(
+            "pose.zoom-untested",
+            "Whether the zoom has changed could not be tested: these lines would not show "
+            "a change of {pct:.0f} %.",
+            pct=100 * min(MIN_SIGMAS * self.sigma, 1.0),
+        )
 
     def to_json(self) -> JsonObject:
-        pct, sigma = (round(100 * share, 3) if np.isfinite(share) else None for share in (self.zoom, self.sigma))
+        pct, sigma = (
+            round(100 * share, 3) if np.isfinite(share) else None
+            for share in (self.zoom, self.sigma)
+        )
         return {"state": self.state, "pct": pct, "sigma_pct": sigma}
 
 
@@ -296,19 +494,29 @@ def _own_focal(lens: Intrinsics) -> tuple[float, float]:
     return float(np.log(lens.focal_px)), lens.sigma.get("log_focal", np.nan)
 
 
-def _focal(lens: Intrinsics, lines: Observations, field: Field, region: Region,
-           options: Mapping[str, Any]) -> tuple[float, float]:
+def _focal(
+    lens: Intrinsics, lines: Observations, field: Field, region: Region, options: Mapping[str, Any]
+) -> tuple[float, float]:
     """Return the logarithm of the focal length that the lines ask for, and its σ."""
     names = lens.estimated if "log_focal" in lens.estimated else ("log_focal", *lens.estimated)
     own = [names.index(name) for name in lens.estimated]
     covariance = np.zeros((len(names), len(names)))
     covariance[np.ix_(own, own)] = np.reshape(lens.covariance, (len(own), len(own)))
     covariance[names.index("log_focal"), names.index("log_focal")] += FREE_SIGMA**2
-    free = replace(lens, estimated=names, covariance=tuple(tuple(row) for row in covariance.tolist()))
-    fit = FITTERS[lens.model].fit(lines, field, region, lens.image_size, {
-        **options, "lens": {"name": lens.model, "lens": free.to_json()}, "lens_sigma": "own"})
+    free = replace(
+        lens, estimated=names, covariance=tuple(tuple(row) for row in covariance.tolist())
+    )
+    fit = FITTERS[lens.model].fit(
+        lines,
+        field,
+        region,
+        lens.image_size,
+        {**options, "lens": {"name": lens.model, "lens": free.to_json()}, "lens_sigma": "own"},
+    )
     assert isinstance(fit.model, RayCamera) and fit.covariance is not None
-    found = camera_intrinsics(fit.model, {"names": fit.parameter_names, "matrix": fit.covariance.tolist()})
+    found = camera_intrinsics(
+        fit.model, {"names": fit.parameter_names, "matrix": fit.covariance.tolist()}
+    )
     return _own_focal(found)
 
 
@@ -322,6 +530,12 @@ def run_register(spec: Any, progress: Progress) -> JsonObject:
         # gone or damaged: then the model itself says where lines were
         with suppress(TouchlineError):
             before = pictures[1][1]() if own else None
-    summary, made = reregister(Calibration.from_json(spec["calibration"]), frame, subprogress(progress, 0.1, 1.0),
-                               before, spec["snapshot"], spec["note"])
+    summary, made = reregister(
+        Calibration.from_json(spec["calibration"]),
+        frame,
+        subprogress(progress, 0.1, 1.0),
+        before,
+        spec["snapshot"],
+        spec["note"],
+    )
     return {"told": summary, "made": made.to_json()}

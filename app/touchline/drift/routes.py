@@ -28,10 +28,15 @@ class CheckRequest(PictureChoice):
     frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(1, description="how many it takes")
 
 
-@router.post("/calibrations/{id}/check", tags=["calibrations"], response_model=CalibrationCheck,
-             responses=schemas.ACCEPTED)
-async def check_calibration(request: Request, services: ServicesDep, id: Id, body: CheckRequest,
-                            job: AsJob = False) -> Response:
+@router.post(
+    "/calibrations/{id}/check",
+    tags=["calibrations"],
+    response_model=CalibrationCheck,
+    responses=schemas.ACCEPTED,
+)
+async def check_calibration(
+    request: Request, services: ServicesDep, id: Id, body: CheckRequest, job: AsJob = False
+) -> Response:
     """Return a verdict and the error of each line in mm; the version, and which one is active, stay as they are."""
     body.check_choice(required=False)
     calibration = await services.run_in_thread(services.store.calibrations.get, id)
@@ -39,27 +44,45 @@ async def check_calibration(request: Request, services: ServicesDep, id: Id, bod
     if not ids:
         camera = body.camera or calibration.camera
         if camera is None:
-            raise BadInput(say("calibration.no-camera", "This calibration has no camera."),
-                           "Send the snapshot for the check.", reason="no-camera")
+            raise BadInput(
+                say("calibration.no-camera", "This calibration has no camera."),
+                "Send the snapshot for the check.",
+                reason="no-camera",
+            )
         ids = [(await services.take_snapshot(camera, request.is_disconnected, body.frames)).id]
     pictures = await services.run_in_thread(services.store.snapshots.all_for_job, ids)
     before = await services.run_in_thread(services.cameras.calibration_picture, calibration)
-    spec = {"calibration": calibration.to_json(), "snapshot": ids[0], "pictures": pictures, "before": before}
+    spec = {
+        "calibration": calibration.to_json(),
+        "snapshot": ids[0],
+        "pictures": pictures,
+        "before": before,
+    }
     return await finished_or_queued(request, services, "check", run_check, spec, job)
 
 
 class Reregister(Strict):
     """By default images are taken with the camera now."""
 
-    snapshot: Name | None = Field(default=None, description="of this camera, instead of current images")
-    frames: Annotated[int, Field(ge=1, le=25)] = Field(default=FRAMES,
-                                                       description="taken now; moving objects are removed")
+    snapshot: Name | None = Field(
+        default=None, description="of this camera, instead of current images"
+    )
+    frames: Annotated[int, Field(ge=1, le=25)] = Field(
+        default=FRAMES, description="taken now; moving objects are removed"
+    )
     note: Note = "Pose updated"
 
 
-@router.post("/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=schemas.Job)
-async def reregister_camera(request: Request, services: ServicesDep, caller: CallerDep, id: Id,
-                            body: Reregister | None = None) -> Json:
+@router.post(
+    "/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=schemas.Job
+)
+async def reregister_camera(
+    request: Request,
+    services: ServicesDep,
+    caller: CallerDep,
+    id: Id,
+    body: Reregister | None = None,
+) -> Json:
     """Start a job: a child of the active calibration with its lens, and the pose by the field's lines now.
 
     Its result has the version's id as `calibration`, what moved, and a `sentence`. Nothing is activated.
@@ -69,11 +92,20 @@ async def reregister_camera(request: Request, services: ServicesDep, caller: Cal
     calibration, _ = await services.run_in_thread(services.cameras.active_calibration, id)
     if calibration is None:
         raise Conflict(NOT_CALIBRATED, CALIBRATE_AND_ACTIVATE, reason="not-calibrated")
-    snapshot = body.snapshot or (await services.take_snapshot(id, request.is_disconnected, body.frames)).id
+    snapshot = (
+        body.snapshot or (await services.take_snapshot(id, request.is_disconnected, body.frames)).id
+    )
 
     def start() -> Job:
-        spec = {"calibration": calibration.to_json(), "snapshot": snapshot, "note": body.note,
-                "picture": services.store.snapshots.for_job(snapshot, "the image"),
-                "before": services.cameras.calibration_picture(calibration)}
-        return services.jobs.start("register", run_register, spec, "registered", {"by": caller.name}, caller=caller)
+        spec = {
+            "calibration": calibration.to_json(),
+            "snapshot": snapshot,
+            "note": body.note,
+            "picture": services.store.snapshots.for_job(snapshot, "the image"),
+            "before": services.cameras.calibration_picture(calibration),
+        }
+        return services.jobs.start(
+            "register", run_register, spec, "registered", {"by": caller.name}, caller=caller
+        )
+
     return accepted(await services.run_in_thread(start))

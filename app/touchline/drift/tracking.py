@@ -46,7 +46,9 @@ class TrackedLines:
     missing: float
 
 
-def track_lines(gray: Pixels, model: CameraModel, field: Field, before: Pixels | None = None) -> TrackedLines | None:
+def track_lines(
+    gray: Pixels, model: CameraModel, field: Field, before: Pixels | None = None
+) -> TrackedLines | None:
     """Find the lines again; None where too few are seen, near their places or a little further away.
 
     gray: (h, w), with its lines bright. before: likewise the picture in which the calibration was made, which shows the
@@ -68,7 +70,9 @@ def track_lines(gray: Pixels, model: CameraModel, field: Field, before: Pixels |
             seen = [LinePatches.of([before], lines.places, lines.normals, painted_px)]
     tracker = _Tracker(gray, flow, lines, widths, reach_px, size)
     # As paint should look, and as it looked: where many lines are alike, either may be led astray.
-    q = tracker.find_motion([LinePatches.painted(lines.places, lines.normals, lines.width_px), *seen])
+    q = tracker.find_motion(
+        [LinePatches.painted(lines.places, lines.normals, lines.width_px), *seen]
+    )
     if q is None:
         return None
     found, points, middle_px = tracker.look(q)
@@ -77,9 +81,16 @@ def track_lines(gray: Pixels, model: CameraModel, field: Field, before: Pixels |
     found &= ~strays(middle_px, found, lines.marking)
     is_inside = inside_picture(points, size, IMAGE_MARGIN_PX)
     shift_px = np.linalg.norm(flow.shifts(lines.places[found], q), axis=1)
-    return TrackedLines(points[found], lines.places[found], lines.normals[found], lines.marking[found],
-                        float(found.mean()), pattern, float(np.nanpercentile(shift_px, 95)),
-                        _missing(found[is_inside], lines.marking[is_inside]))
+    return TrackedLines(
+        points[found],
+        lines.places[found],
+        lines.normals[found],
+        lines.marking[found],
+        float(found.mean()),
+        pattern,
+        float(np.nanpercentile(shift_px, 95)),
+        _missing(found[is_inside], lines.marking[is_inside]),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,10 +111,21 @@ class _Tracker:
         """Return (n,) whether a line is seen, points (n, 2) px on it, and (n,) px how far beside the moved place."""
         lines = self.lines
         moved = lines.places + np.nan_to_num(self.flow.shifts(lines.places, q))
-        profiles = across_lines(self.gray, moved, lines.normals, lines.width_px, lines.marking, self.reach_px,
-                                self.widths)
+        profiles = across_lines(
+            self.gray,
+            moved,
+            lines.normals,
+            lines.width_px,
+            lines.marking,
+            self.reach_px,
+            self.widths,
+        )
         points = moved + np.where(profiles.found, profiles.middle, 0.0)[:, None] * lines.normals
-        return profiles.found & inside_picture(points, self.size, IMAGE_MARGIN_PX), points, profiles.middle
+        return (
+            profiles.found & inside_picture(points, self.size, IMAGE_MARGIN_PX),
+            points,
+            profiles.middle,
+        )
 
     def find_motion(self, appearances: Iterable[LinePatches]) -> Array | None:
         """Return the motion q (4,) of the picture; None where too few lines are seen.
@@ -112,8 +134,10 @@ class _Tracker:
         """
         across = np.einsum("ni,nik->nk", self.lines.normals, self.flow.at(self.lines.places))
         elsewhere = [find_motion(patches, across, self.gray) for patches in appearances]
-        q = max([np.zeros(4), *(guess for guess in elsewhere if guess is not None)],
-                key=lambda guess: int(self.look(guess)[0].sum()))
+        q = max(
+            [np.zeros(4), *(guess for guess in elsewhere if guess is not None)],
+            key=lambda guess: int(self.look(guess)[0].sum()),
+        )
         for _ in range(MAX_STEPS):
             found, _, middle_px = self.look(q)
             if found.sum() < max(MIN_POINTS, MIN_SHARE * len(across)):

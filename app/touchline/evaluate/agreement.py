@@ -24,7 +24,15 @@ from typing_extensions import TypedDict
 from touchline.core.errors import FitFailed, TouchlineError
 from touchline.core.field import Field
 from touchline.core.field_json import field_from_json
-from touchline.core.geometry import Array, ImageSize, Mask, Points, inside_picture, root_mean_square, with_z
+from touchline.core.geometry import (
+    Array,
+    ImageSize,
+    Mask,
+    Points,
+    inside_picture,
+    root_mean_square,
+    with_z,
+)
 from touchline.core.json_values import PointJson, nullable
 from touchline.core.records import Calibration
 from touchline.evaluate.offsets import OffsetField, OffsetMeasurements, fit_offset_field
@@ -72,26 +80,48 @@ class SharedArea:
         return {"x": self.x.tolist(), "y": self.y.tolist(), "mm": nullable(mm)}
 
 
-def shared_area(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field) -> SharedArea:
+def shared_area(
+    a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field
+) -> SharedArea:
     """Grid the part of the field that both see, finely. FitFailed no-overlap where there is none."""
     half = np.array([field.length_mm, field.width_mm]) / 2
     coarse = _seen_by_both(a, size_a, b, size_b, -half, half, COARSE)
     if not coarse.both.any():
-        raise FitFailed("The areas of the two cameras do not overlap.",
-                        "Choose cameras whose images overlap.", reason="no-overlap")
-    spans = [(axis[seen][0], axis[seen][-1]) for axis, seen in ((coarse.x, coarse.both.any(axis=0)),
-                                                                (coarse.y, coarse.both.any(axis=1)))]
+        raise FitFailed(
+            "The areas of the two cameras do not overlap.",
+            "Choose cameras whose images overlap.",
+            reason="no-overlap",
+        )
+    spans = [
+        (axis[seen][0], axis[seen][-1])
+        for axis, seen in ((coarse.x, coarse.both.any(axis=0)), (coarse.y, coarse.both.any(axis=1)))
+    ]
     low, high = np.transpose(spans)
-    return _seen_by_both(a, size_a, b, size_b, low - coarse.cell / 2, high + coarse.cell / 2, FINE, 4)
+    return _seen_by_both(
+        a, size_a, b, size_b, low - coarse.cell / 2, high + coarse.cell / 2, FINE, 4
+    )
 
 
-def _seen_by_both(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, low: Array, high: Array,
-                  cells: int, least: int = 2) -> SharedArea:
+def _seen_by_both(
+    a: CameraModel,
+    size_a: ImageSize,
+    b: CameraModel,
+    size_b: ImageSize,
+    low: Array,
+    high: Array,
+    cells: int,
+    least: int = 2,
+) -> SharedArea:
     sides = high - low
     counts = np.maximum(least, np.round(cells * sides / sides.max())).astype(int)
-    x, y = (start + (np.arange(n) + 0.5) / n * side for start, n, side in zip(low, counts, sides, strict=True))
+    x, y = (
+        start + (np.arange(n) + 0.5) / n * side
+        for start, n, side in zip(low, counts, sides, strict=True)
+    )
     places = np.stack(np.meshgrid(x, y), axis=-1)
-    both = inside_picture(raw_from_field(a, places), size_a) & inside_picture(raw_from_field(b, places), size_b)
+    both = inside_picture(raw_from_field(a, places), size_a) & inside_picture(
+        raw_from_field(b, places), size_b
+    )
     return SharedArea(x, y, both)
 
 
@@ -109,11 +139,20 @@ def expected_at_tops(calibration: Calibration) -> ExpectedAt | None:
         fit, stand_in = fit_from_json(calibration.covariance, model_of(calibration))
     except TouchlineError:
         return None
-    return lambda places: expected_error(fit, region, field.hat_height_mm, places, stand_in=stand_in).sigma_mm
+    return lambda places: (
+        expected_error(fit, region, field.hat_height_mm, places, stand_in=stand_in).sigma_mm
+    )
 
 
-def carried_mm(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, z_mm: float, places: Points,
-               found: OffsetField) -> Array:
+def carried_mm(
+    a: CameraModel,
+    size_a: ImageSize,
+    b: CameraModel,
+    size_b: ImageSize,
+    z_mm: float,
+    places: Points,
+    found: OffsetField,
+) -> Array:
     """Return how far the disagreement on the carpet, carried to z_mm, sets the cameras apart at places (…, 2) mm.
 
     NaN where it is not known or one of them does not see the place.
@@ -129,9 +168,15 @@ def carried_mm(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageS
     return np.where(seen & np.isfinite(found.known_mm(behind)[0]), apart, np.nan)
 
 
-def apart_at_tops(a: CameraModel, b: CameraModel, z_mm: float, places: Points, carried: Array,
-                  evidence: OffsetMeasurements, expected: tuple[ExpectedAt | None, ExpectedAt | None] | None,
-                  ) -> tuple[Array | None, HatFrom | None, HatUnknown | None]:
+def apart_at_tops(
+    a: CameraModel,
+    b: CameraModel,
+    z_mm: float,
+    places: Points,
+    carried: Array,
+    evidence: OffsetMeasurements,
+    expected: tuple[ExpectedAt | None, ExpectedAt | None] | None,
+) -> tuple[Array | None, HatFrom | None, HatUnknown | None]:
     """Return how far the cameras are apart at places (…, 2) mm of the height z_mm, by what, and why nothing is known.
 
     carried: by carried_mm(); expected: None for one camera before and now.
@@ -207,9 +252,16 @@ class RigAgreement(MeasuredDifference):
     hat_unknown: HatUnknown | None
 
 
-def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field,
-              evidence: OffsetMeasurements, found: OffsetField | None = None,
-              expected: tuple[ExpectedAt | None, ExpectedAt | None] | None = None) -> RigAgreement:
+def agreement(
+    a: CameraModel,
+    size_a: ImageSize,
+    b: CameraModel,
+    size_b: ImageSize,
+    field: Field,
+    evidence: OffsetMeasurements,
+    found: OffsetField | None = None,
+    expected: tuple[ExpectedAt | None, ExpectedAt | None] | None = None,
+) -> RigAgreement:
     """found: the field of offsets, where it is fitted already.
 
     expected: at hat height, of two cameras of a rig, each None where it is not known; without, a and b are one camera
@@ -221,8 +273,14 @@ def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSi
     carpet, directions = found.known_mm(places)
     if not np.isfinite(carpet).any():
         raise _not_known()
-    near = np.min([np.linalg.norm(places - place, axis=-1) for place in evidence.places[found.good]], axis=0,
-                  initial=np.inf) <= NEAR_MM
+    near = (
+        np.min(
+            [np.linalg.norm(places - place, axis=-1) for place in evidence.places[found.good]],
+            axis=0,
+            initial=np.inf,
+        )
+        <= NEAR_MM
+    )
     known = np.isfinite(carpet)
     share = float((near & known).sum() / max(shared.both.sum(), 1))
     if expected is not None:
@@ -232,16 +290,28 @@ def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSi
         if not known.any():
             raise _not_known()
     carried = carried_mm(a, size_a, b, size_b, field.hat_height_mm, places, found)
-    hat, hat_from, hat_unknown = apart_at_tops(a, b, field.hat_height_mm, places, carried, evidence, expected)
-    return {**_measured(evidence, found), "n": len(evidence), "believed": int(found.good.sum()),
-            "noise_mm": found.residual_mm,
-            "degree": found.degree, "both_directions": bool(np.median(directions[known]) == TWO),
-            "overlap_m2": shared.area_m2, "covered": share,
-            "own_mm": {"a": rms(evidence.own_a_mm[found.good]), "b": rms(evidence.own_b_mm[found.good])},
-            "shift_mm": [float(v) for v in np.mean(found.at(evidence.places)[0], axis=0)],
-            "carpet": _map_json(shared, carpet, 0.0),
-            "hat": None if hat is None else _map_json(shared, hat, field.hat_height_mm), "hat_from": hat_from,
-            "hat_unknown": hat_unknown}
+    hat, hat_from, hat_unknown = apart_at_tops(
+        a, b, field.hat_height_mm, places, carried, evidence, expected
+    )
+    return {
+        **_measured(evidence, found),
+        "n": len(evidence),
+        "believed": int(found.good.sum()),
+        "noise_mm": found.residual_mm,
+        "degree": found.degree,
+        "both_directions": bool(np.median(directions[known]) == TWO),
+        "overlap_m2": shared.area_m2,
+        "covered": share,
+        "own_mm": {
+            "a": rms(evidence.own_a_mm[found.good]),
+            "b": rms(evidence.own_b_mm[found.good]),
+        },
+        "shift_mm": [float(v) for v in np.mean(found.at(evidence.places)[0], axis=0)],
+        "carpet": _map_json(shared, carpet, 0.0),
+        "hat": None if hat is None else _map_json(shared, hat, field.hat_height_mm),
+        "hat_from": hat_from,
+        "hat_unknown": hat_unknown,
+    }
 
 
 def _measured(evidence: OffsetMeasurements, found: OffsetField) -> MeasuredDifference:
@@ -249,19 +319,31 @@ def _measured(evidence: OffsetMeasurements, found: OffsetField) -> MeasuredDiffe
     beside = evidence.offset_mm - np.sum(found.at(evidence.places)[0] * evidence.normals, axis=1)
     is_doubted = evidence.by_thing((~found.good).astype(float))[1] > 0
     worst = int(np.argmax(apart))
-    return {"outliers": things[is_doubted & (evidence.by_thing(beside)[1] > FAIR_MM)].tolist(),
-            "median_mm": float(np.median(apart)), "rms_mm": root_mean_square(apart), "max_mm": float(apart[worst]),
-            "where": evidence.places[evidence.thing == things[worst]][0].tolist()}
+    return {
+        "outliers": things[is_doubted & (evidence.by_thing(beside)[1] > FAIR_MM)].tolist(),
+        "median_mm": float(np.median(apart)),
+        "rms_mm": root_mean_square(apart),
+        "max_mm": float(apart[worst]),
+        "where": evidence.places[evidence.thing == things[worst]][0].tolist(),
+    }
 
 
 def _not_known() -> FitFailed:
-    return FitFailed("The shared lines and points do not determine the difference between the cameras.",
-                     "Add lines or matches all over the shared area.", reason="not-known")
+    return FitFailed(
+        "The shared lines and points do not determine the difference between the cameras.",
+        "Add lines or matches all over the shared area.",
+        reason="not-known",
+    )
 
 
 def _map_json(shared: SharedArea, mm: Array, z_mm: float) -> PlaneDifference:
     worst = np.unravel_index(np.nanargmax(mm), mm.shape)
     values = mm[np.isfinite(mm)]
-    return {"z_mm": z_mm, "mean_mm": float(values.mean()), "p95_mm": float(np.percentile(values, 95)),
-            "max_mm": float(values.max()), "where": [float(shared.x[worst[1]]), float(shared.y[worst[0]])],
-            "map": shared.map_json(mm)}
+    return {
+        "z_mm": z_mm,
+        "mean_mm": float(values.mean()),
+        "p95_mm": float(np.percentile(values, 95)),
+        "max_mm": float(values.max()),
+        "where": [float(shared.x[worst[1]]), float(shared.y[worst[0]])],
+        "map": shared.map_json(mm),
+    }

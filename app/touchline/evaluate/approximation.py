@@ -64,8 +64,9 @@ class ApproximationError:
         return {**vars(self), "worst_place": list(self.worst_place)}
 
 
-def approximation_error(model: CameraModel, other: RayCamera, region: Region,
-                        hat_height_mm: float) -> ApproximationError:
+def approximation_error(
+    model: CameraModel, other: RayCamera, region: Region, hat_height_mm: float
+) -> ApproximationError:
     """Return the error of `other` in place of the model; Conflict where it does not reach what the model sees."""
     places, pixels = _seen(model, region, GRID, 0.0)
     errors = _length(other.unproject(pixels) - places)
@@ -76,36 +77,69 @@ def approximation_error(model: CameraModel, other: RayCamera, region: Region,
         hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
         hat_rms, hat_worst = root_mean_square(hat), float(hat.max(initial=0.0))
     x_mm, y_mm = places[worst].tolist()
-    return ApproximationError(root_mean_square(errors), float(errors[worst]), (x_mm, y_mm), hat_rms, hat_worst,
-                              hat_height_mm)
+    return ApproximationError(
+        root_mean_square(errors),
+        float(errors[worst]),
+        (x_mm, y_mm),
+        hat_rms,
+        hat_worst,
+        hat_height_mm,
+    )
 
 
-def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple[str, ...], region: Region,
-                       hat_height_mm: float, *, square: bool = False) -> RayCamera:
+def approximate_camera(
+    model: CameraModel,
+    family: type[RayCamera],
+    terms: tuple[str, ...],
+    region: Region,
+    hat_height_mm: float,
+    *,
+    square: bool = False,
+) -> RayCamera:
     """Fit the camera of that family nearest to the model over the region. terms: of its lens, those that are free.
 
     square: with square pixels. Raises Conflict where nothing comes near.
     """
     points, pixels, weights = _samples(model, region, hat_height_mm)
-    starts = [start.with_only_terms(terms) for start in _starts(model, family, points, pixels, square)]
+    starts = [
+        start.with_only_terms(terms) for start in _starts(model, family, points, pixels, square)
+    ]
     # a lens may see what another cannot hold, such as places behind it
     with np.errstate(all="ignore"):
         held = np.all([np.isfinite(start.project(points)).all(axis=1) for start in starts], axis=0)
     points, pixels, weights = points[held], pixels[held], weights[held]
-    free = np.array([name in terms if name in family.LENS.TERMS else name != "aspect" for name in starts[0].names])
-    prior = np.zeros(len(free)) if isinstance(model, RayCamera) else _guesses(starts[0], len(points))
+    free = np.array(
+        [
+            name in terms if name in family.LENS.TERMS else name != "aspect"
+            for name in starts[0].names
+        ]
+    )
+    prior = (
+        np.zeros(len(free)) if isinstance(model, RayCamera) else _guesses(starts[0], len(points))
+    )
     known = np.diag(prior)[prior > 0][:, free]
 
-    def search(start: RayCameraParameters, begin: RayCameraParameters, steps: int) -> Minimum[RayCameraParameters]:
+    def search(
+        start: RayCameraParameters, begin: RayCameraParameters, steps: int
+    ) -> Minimum[RayCameraParameters]:
         def evaluate(state: RayCameraParameters) -> tuple[Array, Array]:
             with np.errstate(all="ignore"):
                 found, _, by = state.project_jacobian(points)
                 residuals = np.einsum("nij,nj->ni", weights, found - pixels)
                 jacobian = np.einsum("nij,njk->nik", weights, by)[..., free]
             moved = (_about(state) - _about(start)) * prior
-            return (np.concatenate([residuals.ravel(), moved[prior > 0]]),
-                    np.concatenate([jacobian.reshape(-1, int(free.sum())), known]))
-        return minimise(begin, evaluate, lambda s, delta: s.retract(delta, free), max_steps=steps, tolerance=1e-9)
+            return (
+                np.concatenate([residuals.ravel(), moved[prior > 0]]),
+                np.concatenate([jacobian.reshape(-1, int(free.sum())), known]),
+            )
+
+        return minimise(
+            begin,
+            evaluate,
+            lambda s, delta: s.retract(delta, free),
+            max_steps=steps,
+            tolerance=1e-9,
+        )
 
     tried = [(search(start, start, FIRST_STEPS), start) for start in starts]
     near, start = min(tried, key=lambda found: found[0].cost)
@@ -114,24 +148,40 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     rectangle = {name: getattr(model, name) for name in RECTANGLE_FIELDS}
     found = family(**best.state.parameters(), **{**rectangle, "region": region})
     if not np.isfinite(best.cost) or not found.plausible():
-        raise Conflict(f"No {family.TITLE} lens is close to this calibration over its covered area.",
-                       "Fit a physical lens model to the same points, and export that.", reason="no-approximation")
+        raise Conflict(
+            f"No {family.TITLE} lens is close to this calibration over its covered area.",
+            "Fit a physical lens model to the same points, and export that.",
+            reason="no-approximation",
+        )
     return found
 
 
 def _guesses(start: RayCameraParameters, samples: int) -> Array:
     """What one unit of each parameter away from its start costs, mm, where the carpet alone is known: see GUESS_MM."""
-    sigma = {"log_focal": 0.3, "centre_x": 0.02 * np.exp(start.log_focal), "centre_y": 0.02 * np.exp(start.log_focal),
-             **dict.fromkeys(start.lens.TERMS, 1.0)}
-    return np.array([GUESS_MM * np.sqrt(samples) / sigma[name] if name in sigma else 0.0 for name in start.names])
+    sigma = {
+        "log_focal": 0.3,
+        "centre_x": 0.02 * np.exp(start.log_focal),
+        "centre_y": 0.02 * np.exp(start.log_focal),
+        **dict.fromkeys(start.lens.TERMS, 1.0),
+    }
+    return np.array(
+        [
+            GUESS_MM * np.sqrt(samples) / sigma[name] if name in sigma else 0.0
+            for name in start.names
+        ]
+    )
 
 
 def _about(state: RayCameraParameters) -> Array:
     """Return the parameters that the prior is about, in the order of names; the pose as zeros."""
-    return np.concatenate([[state.log_focal, state.aspect], state.centre_px, state.terms, np.zeros(6)])
+    return np.concatenate(
+        [[state.log_focal, state.aspect], state.centre_px, state.terms, np.zeros(6)]
+    )
 
 
-def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[Array, Points, Array]:
+def _samples(
+    model: CameraModel, region: Region, hat_height_mm: float
+) -> tuple[Array, Points, Array]:
     """Field points (n, 3) mm, the pixels (n, 2) that they must be seen at, and what a pixel is worth (n, 2, 2) mm."""
     heights = (0.0, hat_height_mm) if isinstance(model, RayModel) else (0.0,)
     parts = [(*_seen(model, region, FIT_GRID, z), z, 1.0) for z in heights]
@@ -141,19 +191,26 @@ def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[
     points, targets, weights = [], [], []
     for places, pixels, z, weight in parts:
         step = np.array([[HALF_PX, 0.0], [0.0, HALF_PX]])
-        worth = np.stack([_place(model, pixels + s, z) - _place(model, pixels - s, z) for s in step], axis=-1)
+        worth = np.stack(
+            [_place(model, pixels + s, z) - _place(model, pixels - s, z) for s in step], axis=-1
+        )
         fine = np.isfinite(worth).all(axis=(-2, -1)) & np.isfinite(places).all(axis=-1)
         # towards the horizon a pixel is worth kilometres
-        fine &= np.abs(worth).max(axis=(-2, -1)) < 20 * np.median(np.abs(worth[fine]).max(axis=(-2, -1))) \
-            if fine.any() else False
+        fine &= (
+            np.abs(worth).max(axis=(-2, -1))
+            < 20 * np.median(np.abs(worth[fine]).max(axis=(-2, -1)))
+            if fine.any()
+            else False
+        )
         points.append(with_z(places, z)[fine])
         targets.append(pixels[fine])
         weights.append(weight * worth[fine])
     return np.concatenate(points), np.concatenate(targets), np.concatenate(weights)
 
 
-def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points,
-            square: bool) -> list[RayCameraParameters]:
+def _starts(
+    model: CameraModel, family: type[RayCamera], points: Array, pixels: Points, square: bool
+) -> list[RayCameraParameters]:
     if not isinstance(model, RayCamera):
         return _seen_from(model, family, points, pixels)
     own = RayCameraParameters.of(model)
@@ -163,41 +220,69 @@ def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: 
     for r in BENDS:
         distorted = model.LENS.distort(np.array(model.lens_terms), np.array([r, 0.0, 1.0]))[0]
         bends.append((float(distorted) / r - 1) / r**2)
-    return [replace(own, lens=family.LENS, terms=lens_fitter(family).start_terms(b))
-            for b in dict.fromkeys(bends) if np.isfinite(b)]
+    return [
+        replace(own, lens=family.LENS, terms=lens_fitter(family).start_terms(b))
+        for b in dict.fromkeys(bends)
+        if np.isfinite(b)
+    ]
 
 
-def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points) -> list[RayCameraParameters]:
+def _seen_from(
+    model: CameraModel, family: type[RayCamera], points: Array, pixels: Points
+) -> list[RayCameraParameters]:
     """Where a camera could stand that shows the carpet as a model without rays does, for some focal lengths."""
     one, zero = np.ones(len(points)), np.zeros(len(points))
-    lines = np.concatenate([np.stack([one, zero, -points[:, 0]], 1), np.stack([zero, one, -points[:, 1]], 1)])
+    lines = np.concatenate(
+        [np.stack([one, zero, -points[:, 0]], 1), np.stack([zero, one, -points[:, 1]], 1)]
+    )
     centre = np.array(model.image_size.centre)
     found = homography_from_lines(Incidences(np.concatenate([pixels, pixels]), lines), centre)
     plane_from_field = np.asarray(np.linalg.inv(found.field_from_plane), np.float64)
     vanishing = focal_from_vanishing_points(plane_from_field)
     states = []
-    for focal in (*(model.image_size.width * f for f in FOCALS), *([] if vanishing is None else [vanishing])):
+    for focal in (
+        *(model.image_size.width * f for f in FOCALS),
+        *([] if vanishing is None else [vanishing]),
+    ):
         with suppress(FitFailed):
             rotation, position = pose_from_homography(plane_from_field, focal)
             k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
             terms = lens_fitter(family).start_terms(k1)
-            states.append(RayCameraParameters(family.LENS, float(np.log(focal)), 1.0, centre, terms, rotation, position,
-                                   np.empty(0)))
+            states.append(
+                RayCameraParameters(
+                    family.LENS,
+                    float(np.log(focal)),
+                    1.0,
+                    centre,
+                    terms,
+                    rotation,
+                    position,
+                    np.empty(0),
+                )
+            )
     if not states:
-        raise Conflict("No physical lens model reproduces this calibration.",
-                       "Fit a physical lens model to the same points, and export that.", reason="no-approximation")
+        raise Conflict(
+            "No physical lens model reproduces this calibration.",
+            "Fit a physical lens model to the same points, and export that.",
+            reason="no-approximation",
+        )
     return states
 
 
-def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float) -> tuple[Points, Points]:
+def _seen(
+    model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float
+) -> tuple[Points, Points]:
     """Places (n, 2) mm of the region, at z_mm, that the picture shows, and their pixels; all where it shows none.
 
     Without the last half pixel before a lens folds back, where rounding decides what is seen.
     """
     corner = np.array([region.width_mm, region.height_mm])
     places = region.field_from_region(_grid(np.zeros(2), corner, grid))
-    pixels = (model.project(with_z(places, z_mm)) if z_mm and isinstance(model, RayModel) else
-              raw_from_field(model, places))
+    pixels = (
+        model.project(with_z(places, z_mm))
+        if z_mm and isinstance(model, RayModel)
+        else raw_from_field(model, places)
+    )
     reached = np.isfinite(pixels).all(axis=1)
     if isinstance(model, RayModel):
         for step in HALF_PX * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]):
@@ -205,13 +290,20 @@ def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float
     inside = reached & inside_picture(pixels, model.image_size)
     chosen = inside if inside.sum() >= 12 else reached
     if not chosen.any():
-        raise Conflict("The calibration does not cover its own area.",
-                       "Calibrate the camera again.", reason="no-approximation")
+        raise Conflict(
+            "The calibration does not cover its own area.",
+            "Calibrate the camera again.",
+            reason="no-approximation",
+        )
     return places[chosen], pixels[chosen]
 
 
 def _place(model: CameraModel, pixels: Points, z_mm: float) -> Points:
-    return model.unproject(pixels, z_mm) if isinstance(model, RayModel) else field_from_raw(model, pixels)
+    return (
+        model.unproject(pixels, z_mm)
+        if isinstance(model, RayModel)
+        else field_from_raw(model, pixels)
+    )
 
 
 def _grid(low: Array, high: Array, grid: tuple[int, int]) -> Points:
@@ -222,7 +314,9 @@ def _grid(low: Array, high: Array, grid: tuple[int, int]) -> Points:
 def _length(vectors: Points) -> Array:
     length = np.linalg.norm(vectors, axis=-1)
     if not np.isfinite(length).all():
-        raise Conflict("The camera in this format does not reach the whole covered area.",
-                       "Fit another physical lens model to the same points, and export that version.",
-                       reason="no-approximation")
+        raise Conflict(
+            "The camera in this format does not reach the whole covered area.",
+            "Fit another physical lens model to the same points, and export that version.",
+            reason="no-approximation",
+        )
     return length

@@ -45,11 +45,21 @@ class SeenArea:
     overlap: float
 
     def to_json(self) -> AreaJson:
-        return {"region": self.region.name, "rotate": self.region.rotate_deg, "seen_share": self.seen_share}
+        return {
+            "region": self.region.name,
+            "rotate": self.region.rotate_deg,
+            "seen_share": self.seen_share,
+        }
 
 
-def better_areas(raw_from_field: Callable[[Points], Points], field: Field, region: Region, size: ImageSize,
-                 is_turnable: bool = False, least_overlap: float = FITS_OVERLAP) -> tuple[SeenArea, ...]:
+def better_areas(
+    raw_from_field: Callable[[Points], Points],
+    field: Field,
+    region: Region,
+    size: ImageSize,
+    is_turnable: bool = False,
+    least_overlap: float = FITS_OVERLAP,
+) -> tuple[SeenArea, ...]:
     """Return the areas of the field to choose instead, the best first; empty where the chosen one is seen well enough,
     or no other fits better.
 
@@ -64,13 +74,19 @@ def better_areas(raw_from_field: Callable[[Points], Points], field: Field, regio
     found = [best] if best is not None else []
     if is_turnable:
         turned = inside_picture(raw_from_field(-cells), size)
-        opposite = _best(cells, field, region, turned, lambda points: raw_from_field(-points), least_overlap)
+        opposite = _best(
+            cells, field, region, turned, lambda points: raw_from_field(-points), least_overlap
+        )
         found += [opposite] if opposite is not None else []
     return tuple(found)
 
 
-def seen_area(raw_from_field: Callable[[Points], Points], field: Field, size: ImageSize, regions: Sequence[Region],
-              ) -> SeenArea | None:
+def seen_area(
+    raw_from_field: Callable[[Points], Points],
+    field: Field,
+    size: ImageSize,
+    regions: Sequence[Region],
+) -> SeenArea | None:
     """Return which of the regions a picture shows, as it stands upright there; None where it shows none well enough.
 
     A camera above a half also sees beyond it: what is seen of the field outside a region counts against it, but less
@@ -82,7 +98,11 @@ def seen_area(raw_from_field: Callable[[Points], Points], field: Field, size: Im
     def fit(area: SeenArea) -> float:
         inside = _inside(cells, area.region)
         common = float((inside & visible).sum())
-        return common / max(common + float((inside & ~visible).sum()) + BEYOND * float((visible & ~inside).sum()), 1.0)
+        return common / max(
+            common + float((inside & ~visible).sum()) + BEYOND * float((visible & ~inside).sum()),
+            1.0,
+        )
+
     areas = [_seen_area(cells, region, visible) for region in regions]
     best = max(areas, key=fit, default=None)
     if best is None or best.overlap < NEAR_OVERLAP:
@@ -97,11 +117,18 @@ def smaller_areas(field: Field, region: Region) -> tuple[Region, ...]:
     is_turnable = is_half_turn_symmetric(field)
     for area in field.regions.values():
         (left, right), (bottom, top) = area.x_mm, area.y_mm
-        is_within = (region.x_mm[0] <= left and right <= region.x_mm[1]
-                     and region.y_mm[0] <= bottom and top <= region.y_mm[1])
+        is_within = (
+            region.x_mm[0] <= left
+            and right <= region.x_mm[1]
+            and region.y_mm[0] <= bottom
+            and top <= region.y_mm[1]
+        )
         turned = (-right, -left, -top, -bottom)
-        if is_within and area.x_mm + area.y_mm not in (region.x_mm + region.y_mm, *found) and not (
-                is_turnable and turned in found):
+        if (
+            is_within
+            and area.x_mm + area.y_mm not in (region.x_mm + region.y_mm, *found)
+            and not (is_turnable and turned in found)
+        ):
             found[left, right, bottom, top] = area.rotated(region.rotate_deg)
     return tuple(sorted(found.values(), key=lambda area: -area.width_mm * area.height_mm))
 
@@ -110,21 +137,45 @@ def area_sentences(areas: Sequence[SeenArea]) -> tuple[Sentence, Sentence]:
     """Return what is wrong with the chosen area, and what to do."""
     names = [area_name(area.region.name) for area in areas]
     if len(names) == 1:
-        return (say("seen-area.part", "The image shows only a part of the covered area: {area}.", area=names[0]),
-                say("seen-area.part.fix", "Choose the covered area that the image shows."))
-    return (say("seen-area.either", "The image shows only a part of the covered area: {area} or {other}. Both match "
-                "the lines.", area=names[0], other=names[1]),
-            say("seen-area.either.fix", "Choose the one that the camera is above."))
+        return (
+            say(
+                "seen-area.part",
+                "The image shows only a part of the covered area: {area}.",
+                area=names[0],
+            ),
+            say("seen-area.part.fix", "Choose the covered area that the image shows."),
+        )
+    return (
+        say(
+            "seen-area.either",
+            "The image shows only a part of the covered area: {area} or {other}. Both match "
+            "the lines.",
+            area=names[0],
+            other=names[1],
+        ),
+        say("seen-area.either.fix", "Choose the one that the camera is above."),
+    )
 
 
-def _best(cells: Points, field: Field, chosen: Region, visible: Mask, raw_from_field: Callable[[Points], Points],
-          least_overlap: float) -> SeenArea | None:
+def _best(
+    cells: Points,
+    field: Field,
+    chosen: Region,
+    visible: Mask,
+    raw_from_field: Callable[[Points], Points],
+    least_overlap: float,
+) -> SeenArea | None:
     found: list[SeenArea] = []
     for region in field.regions.values():
         if (_inside(cells, region) & _inside(cells, chosen)).any():
             found.append(_seen_area(cells, region, visible))
     best = max(found, key=lambda area: area.overlap, default=None)
-    if best is None or best.seen_share < FITS_SEEN or best.overlap < least_overlap or best.region.name == chosen.name:
+    if (
+        best is None
+        or best.seen_share < FITS_SEEN
+        or best.overlap < least_overlap
+        or best.region.name == chosen.name
+    ):
         return None
     return replace(best, region=_upright(best.region, raw_from_field))
 
@@ -138,7 +189,10 @@ def _seen_area(cells: Points, region: Region, visible: Mask) -> SeenArea:
 def _cells(field: Field) -> Points:
     """Return the middles (n, 2) mm of squares that cover the field."""
     step = field.length_mm / CELLS
-    x, y = (np.arange(-side / 2 + step / 2, side / 2, step) for side in (field.length_mm, field.width_mm))
+    x, y = (
+        np.arange(-side / 2 + step / 2, side / 2, step)
+        for side in (field.length_mm, field.width_mm)
+    )
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
 

@@ -31,7 +31,9 @@ SAME_MM = 0.3
 UNKNOWN = "weakly-determined"  # the warning of a fit whose inside is a guess
 # of those that are not recommended while there are others
 LENS_ENDS, CONTRADICTED = "lens-ends", "another-lens"
-_NOTHING = say("comparison.nothing", "No model could be cross-validated. Add points, also inside the field.")
+_NOTHING = say(
+    "comparison.nothing", "No model could be cross-validated. Add points, also inside the field."
+)
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 
 
@@ -52,8 +54,7 @@ class Comparison(ModelChoice):
 
 def compare_models(candidates: list[FittedModel], region: Region) -> Comparison:
     reference = _reference(candidates)
-    rows = sorted((_row(c, reference, region) for c in candidates),
-                  key=_field_mm)
+    rows = sorted((_row(c, reference, region) for c in candidates), key=_field_mm)
     known = [row for row in rows if row["field_mm"] is not None]
     straight = _no_significant_distortion(candidates, known)
     # then held-out points say nothing of the inside: only a camera's rays do
@@ -61,15 +62,30 @@ def compare_models(candidates: list[FittedModel], region: Region) -> Comparison:
         rays = {c.name for c in candidates if isinstance(c.fit.model, RayModel)}
         known = [row for row in known if row["model"] in rays]
     if not known:
-        return stated(Comparison(ranking=rows, recommended=None, no_significant_distortion=None, reason=_NOTHING))
-    close = [row for row in known if _field_mm(row) <= WITHIN_CHANCE * _field_mm(known[0]) + SAME_MM]
+        return stated(
+            Comparison(
+                ranking=rows, recommended=None, no_significant_distortion=None, reason=_NOTHING
+            )
+        )
+    close = [
+        row for row in known if _field_mm(row) <= WITHIN_CHANCE * _field_mm(known[0]) + SAME_MM
+    ]
     # not one that another lens on the same points contradicts, or that ends before the field does
     fine = [row for row in close if not {LENS_ENDS, CONTRADICTED} & {*row["warnings"]}]
     close = fine or [row for row in known if reference and row["model"] == reference.name] or close
     simplest = min(close, key=lambda row: (row["parameters"], _field_mm(row)))
-    chosen = next((row for row in close if not straight and reference and row["model"] == reference.name), simplest)
-    return stated(Comparison(ranking=rows, recommended=chosen["model"], no_significant_distortion=straight,
-                             reason=_sentence(chosen, known, straight, reference)))
+    chosen = next(
+        (row for row in close if not straight and reference and row["model"] == reference.name),
+        simplest,
+    )
+    return stated(
+        Comparison(
+            ranking=rows,
+            recommended=chosen["model"],
+            no_significant_distortion=straight,
+            reason=_sentence(chosen, known, straight, reference),
+        )
+    )
 
 
 def parameter_count(fit: Fit) -> int:
@@ -87,7 +103,9 @@ def _warns(candidate: FittedModel, reason: str) -> bool:
 
 
 def _only_borders(candidates: list[FittedModel]) -> bool:
-    return all(row["feature"] in BORDERS for c in candidates for row in c.report["per_feature"] if row["n"])
+    return all(
+        row["feature"] in BORDERS for c in candidates for row in c.report["per_feature"] if row["n"]
+    )
 
 
 def _reference(candidates: list[FittedModel]) -> FittedModel | None:
@@ -98,8 +116,13 @@ def _reference(candidates: list[FittedModel]) -> FittedModel | None:
     # if none is free of it, the most probable is the best guess
     for reason in (LENS_ENDS, CONTRADICTED, UNKNOWN):
         with_rays = [c for c in with_rays if not _warns(c, reason)] or with_rays
-    lenses = [c for c in with_rays if "log_evidence" in c.fit.notes and isinstance(c.fit.model, RayCamera)
-              and len(c.fit.model.lens_terms) >= MIN_TERMS]
+    lenses = [
+        c
+        for c in with_rays
+        if "log_evidence" in c.fit.notes
+        and isinstance(c.fit.model, RayCamera)
+        and len(c.fit.model.lens_terms) >= MIN_TERMS
+    ]
     if lenses:
         return max(lenses, key=lambda c: c.fit.notes["log_evidence"])
     return min(with_rays, key=_held_out_mm, default=None)
@@ -111,12 +134,22 @@ def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) 
     apart = None
     if reference is not None and candidate is not reference:
         apart = rms(difference_mm(reference.fit.model, candidate.fit.model, region)[1].ravel())
-    parts = [v for v in (max(filter(None, (held_out, check)), default=None), apart) if v is not None]
-    return {"model": candidate.name, "title": candidate.title, "parameters": candidate.parameters,
-            "held_out_mm": held_out, "check_mm": check, "apart_mm": apart,
-            "field_mm": float(np.hypot.reduce(parts)) if held_out is not None else None,
-            "rms_px": candidate.report["rms_px"], **expected_figures(candidate.report),
-            "verdict": candidate.report["verdict"], "warnings": [w["reason"] for w in candidate.report["warnings"]]}
+    parts = [
+        v for v in (max(filter(None, (held_out, check)), default=None), apart) if v is not None
+    ]
+    return {
+        "model": candidate.name,
+        "title": candidate.title,
+        "parameters": candidate.parameters,
+        "held_out_mm": held_out,
+        "check_mm": check,
+        "apart_mm": apart,
+        "field_mm": float(np.hypot.reduce(parts)) if held_out is not None else None,
+        "rms_px": candidate.report["rms_px"],
+        **expected_figures(candidate.report),
+        "verdict": candidate.report["verdict"],
+        "warnings": [w["reason"] for w in candidate.report["warnings"]],
+    }
 
 
 def _known(value: float | None) -> float:
@@ -138,18 +171,22 @@ def _rms_px(candidate: FittedModel) -> float:
 
 def _no_significant_distortion(candidates: list[FittedModel], known: list[RankedModel]) -> bool:
     """A model without any lens does as well as the best, or the best lens hardly bends a border."""
+
     def bends(c: FittedModel) -> bool:
         if c.name in BENDS:
             return BENDS[c.name]
         return not isinstance(c.fit.model, RayCamera) or any(c.fit.model.lens_terms)
 
     straight = {c.name for c in candidates if not bends(c)}
-    return any(row["model"] in straight and _field_mm(row) <= WITHIN_CHANCE * _field_mm(known[0]) + SAME_MM
-               for row in known)
+    return any(
+        row["model"] in straight and _field_mm(row) <= WITHIN_CHANCE * _field_mm(known[0]) + SAME_MM
+        for row in known
+    )
 
 
-def _sentence(chosen: RankedModel, known: list[RankedModel], straight: bool,
-              reference: FittedModel | None) -> Sentence:
+def _sentence(
+    chosen: RankedModel, known: list[RankedModel], straight: bool, reference: FittedModel | None
+) -> Sentence:
     rivals = [row for row in known if row["model"] != chosen["model"]]
     better = [row for row in rivals if _field_mm(row) < _field_mm(chosen)]
     begin = "{model}: {mm:.1f} mm inside the field with {n} parameters"
@@ -160,14 +197,31 @@ def _sentence(chosen: RankedModel, known: list[RankedModel], straight: bool,
         other = (better or rivals)[0]
         values |= {"other": other["title"], "other_mm": other["field_mm"]}
         if not better:
-            words = say("comparison.best", begin + "; the next best is {other} with {other_mm:.1f} mm.", **values)
+            words = say(
+                "comparison.best",
+                begin + "; the next best is {other} with {other_mm:.1f} mm.",
+                **values,
+            )
         elif other["parameters"] > chosen["parameters"]:
-            words = say("comparison.simpler", begin + "; {other} ({other_mm:.1f} mm) is not significantly better and "
-                        "has more parameters.", **values)
+            words = say(
+                "comparison.simpler",
+                begin + "; {other} ({other_mm:.1f} mm) is not significantly better and "
+                "has more parameters.",
+                **values,
+            )
         else:
-            words = say("comparison.alike", begin + "; {other} ({other_mm:.1f} mm) is not significantly better.",
-                        **values)
+            words = say(
+                "comparison.alike",
+                begin + "; {other} ({other_mm:.1f} mm) is not significantly better.",
+                **values,
+            )
     return join(
-        say("comparison.no-distortion", "No significant distortion.") if straight else "", words,
-        say("comparison.not-compared", "No physical lens model fits, so the error inside the field was not compared.")
-        if reference is None else "")
+        say("comparison.no-distortion", "No significant distortion.") if straight else "",
+        words,
+        say(
+            "comparison.not-compared",
+            "No physical lens model fits, so the error inside the field was not compared.",
+        )
+        if reference is None
+        else "",
+    )

@@ -29,7 +29,9 @@ WHOLE_FROM = 7  # with so many lines and more, a lens model spares whole borders
 Fold = list[tuple[int, int]]  # (observation, point)
 
 
-def folds_for(observations: Observations, used: tuple[bool, ...], *, needs_every_border: bool) -> list[Fold]:
+def folds_for(
+    observations: Observations, used: tuple[bool, ...], *, needs_every_border: bool
+) -> list[Fold]:
     """All folds; together they hold every point the fit rests on."""
     rests = [i for i, u in enumerate(used) if u and len(observations[i].points)]
     spared = whole_lines(observations, used, needs_every_border=needs_every_border)
@@ -48,17 +50,19 @@ def folds_for(observations: Observations, used: tuple[bool, ...], *, needs_every
             along = about @ np.linalg.svd(about, full_matrices=False)[2][0]
             order = [(i, int(k)) for k in np.argsort(along)]
             step = max(1, -(-count // THIRDS))
-            folds += [order[k:k + step] for k in range(0, count, step)]
+            folds += [order[k : k + step] for k in range(0, count, step)]
     landmarks = [f for f in folds if observations[f[0][0]].kind == "landmark"]
     if len(landmarks) > MAX_FOLDS // 2:  # many spots: several together, spread by stride
         folds = [f for f in folds if observations[f[0][0]].kind != "landmark"]
-        folds += [list(chain(*landmarks[k::MAX_FOLDS // 2])) for k in range(MAX_FOLDS // 2)]
+        folds += [list(chain(*landmarks[k :: MAX_FOLDS // 2])) for k in range(MAX_FOLDS // 2)]
     singles = min(len(border_points), MAX_FOLDS)
     folds += [border_points[k::singles] for k in range(singles)]
     return folds
 
 
-def whole_lines(observations: Observations, used: tuple[bool, ...], *, needs_every_border: bool) -> set[int]:
+def whole_lines(
+    observations: Observations, used: tuple[bool, ...], *, needs_every_border: bool
+) -> set[int]:
     """Return the observations that are left out whole, none of their points left to say where their line lies."""
     rests = [i for i, u in enumerate(used) if u and len(observations[i].points)]
     features = {str(observations[i].feature) for i in rests if observations[i].kind == "line"}
@@ -66,9 +70,15 @@ def whole_lines(observations: Observations, used: tuple[bool, ...], *, needs_eve
     return {i for i in rests if borders_too or observations[i].feature not in BORDERS}
 
 
-def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Region,
-                image_size: ImageSize, options: Mapping[str, Any] | None, progress: Progress = no_progress,
-                ) -> tuple[NDArray[np.float64], ...]:
+def held_out_mm(
+    fit: Fit,
+    observations: Observations,
+    field: Field,
+    region: Region,
+    image_size: ImageSize,
+    options: Mapping[str, Any] | None,
+    progress: Progress = no_progress,
+) -> tuple[NDArray[np.float64], ...]:
     """Leave points out, fit the rest, and measure where the left-out ones land: mm per point.
 
     The choices of the fit (degrees, terms, strays) are kept, so this is the error
@@ -77,7 +87,9 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
     """
     firsts = [first_of_each_place(o.points) == np.arange(len(o.points)) for o in observations]
     kept = [fine & first for fine, first in zip(fit.inliers, firsts, strict=True)]
-    clean = tuple(replace(o, points=o.points[fine]) for o, fine in zip(observations, kept, strict=True))
+    clean = tuple(
+        replace(o, points=o.points[fine]) for o, fine in zip(observations, kept, strict=True)
+    )
     result = tuple(np.full(len(o.points), np.nan) for o in observations)
     fitter = FITTERS[fit.model.NAME]
     folds = folds_for(clean, fit.used, needs_every_border=fitter.NEEDS_EVERY_BORDER)
@@ -87,8 +99,10 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
         left_out: dict[int, list[int]] = {}  # by observation
         for i, k in out:
             left_out.setdefault(i, []).append(k)
-        rest = tuple(replace(o, points=np.delete(o.points, left_out[i], axis=0)) if i in left_out else o
-                     for i, o in enumerate(clean))
+        rest = tuple(
+            replace(o, points=np.delete(o.points, left_out[i], axis=0)) if i in left_out else o
+            for i, o in enumerate(clean)
+        )
         try:
             without = fitter.fit(rest, field, region, image_size, choices)
         except FitFailed:

@@ -60,7 +60,9 @@ class Difference(TypedDict):
     lens: LensDifference | None  # None without two lenses
 
 
-def difference_vectors(one: CameraModel, other: CameraModel, region: Region) -> tuple[Points, Points, np.ndarray]:
+def difference_vectors(
+    one: CameraModel, other: CameraModel, region: Region
+) -> tuple[Points, Points, np.ndarray]:
     """Over the region: places and differences (rows, columns, 2) mm, and distances in raw px; NaN out of reach.
 
     A place on the carpet goes through `one` to its pixel and through `other` back: mm. The same place through both to
@@ -68,11 +70,16 @@ def difference_vectors(one: CameraModel, other: CameraModel, region: Region) -> 
     """
     places = grid_over(region, *GRID)
     pixels = raw_from_field(one, places)
-    return (places, field_from_raw(other, pixels) - places,
-            np.linalg.norm(raw_from_field(other, places) - pixels, axis=-1))
+    return (
+        places,
+        field_from_raw(other, pixels) - places,
+        np.linalg.norm(raw_from_field(other, places) - pixels, axis=-1),
+    )
 
 
-def difference_mm(one: CameraModel, other: CameraModel, region: Region) -> tuple[Points, np.ndarray, np.ndarray]:
+def difference_mm(
+    one: CameraModel, other: CameraModel, region: Region
+) -> tuple[Points, np.ndarray, np.ndarray]:
     """The same with distances (rows, columns) in mm."""
     places, vectors, px = difference_vectors(one, other, region)
     return places, np.linalg.norm(vectors, axis=-1), px
@@ -83,21 +90,42 @@ def difference_report(one: CameraModel, other: CameraModel, region: Region) -> D
     places, vectors, px = difference_vectors(one, other, region)
     mm, lens = np.linalg.norm(vectors, axis=-1), _lens_json(one, other)
     if not np.isfinite(mm).any():
-        return {"rms_mm": None, "median_mm": None, "max_mm": None, "worst_place": None, "rms_px": None, "max_px": None,
-                "grid": None, "lens": lens}
+        return {
+            "rms_mm": None,
+            "median_mm": None,
+            "max_mm": None,
+            "worst_place": None,
+            "rms_px": None,
+            "max_px": None,
+            "grid": None,
+            "lens": lens,
+        }
     worst = np.unravel_index(np.nanargmax(mm), mm.shape)
-    return {"rms_mm": rms(mm.ravel()), "median_mm": float(np.nanmedian(mm)), "max_mm": float(mm[worst]),
-            "worst_place": places[worst].tolist(), "rms_px": rms(px.ravel()), "max_px": largest(px),
-            "grid": {"places": places.tolist(), "mm": nullable(mm), "mm_vector": nullable(vectors), "px": nullable(px)},
-            "lens": lens}
+    return {
+        "rms_mm": rms(mm.ravel()),
+        "median_mm": float(np.nanmedian(mm)),
+        "max_mm": float(mm[worst]),
+        "worst_place": places[worst].tolist(),
+        "rms_px": rms(px.ravel()),
+        "max_px": largest(px),
+        "grid": {
+            "places": places.tolist(),
+            "mm": nullable(mm),
+            "mm_vector": nullable(vectors),
+            "px": nullable(px),
+        },
+        "lens": lens,
+    }
 
 
 def _lens_json(one: CameraModel, other: CameraModel) -> LensDifference | None:
     if not (isinstance(one, RayCamera) and isinstance(other, RayCamera)):
         return None
     px = np.linalg.norm(lens_difference(camera_intrinsics(one), camera_intrinsics(other)), axis=-1)
-    return {"focal_ratio": other.focal_px / one.focal_px,
-            "max_px": float(np.nanmax(px)) if np.isfinite(px).any() else None}
+    return {
+        "focal_ratio": other.focal_px / one.focal_px,
+        "max_px": float(np.nanmax(px)) if np.isfinite(px).any() else None,
+    }
 
 
 @dataclass(frozen=True)
@@ -119,22 +147,36 @@ def bends_otherwise(fit: Fit, options: Mapping[str, Any] | None) -> bool:
     return not free and (options or {}).get("lens") is None
 
 
-def freer_lens(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-               options: Mapping[str, Any] | None) -> Fit | None:
+def freer_lens(
+    observations: Observations,
+    field: Field,
+    region: Region,
+    image_size: ImageSize,
+    options: Mapping[str, Any] | None,
+) -> Fit | None:
     """Fit the lenses that bend freely to the points; return the most probable one, None where none can be fitted."""
     fits = []
     for name in FREER:
-        others = {key: value for key, value in known_options(name, options).items() if key not in OWN}
+        others = {
+            key: value for key, value in known_options(name, options).items() if key not in OWN
+        }
         try:
             fits.append(FITTERS[name].fit(observations, field, region, image_size, others))
         except TouchlineError:
             continue
-    reaching = [fit for fit in fits if not reach_warnings(fit.model, region, field.hat_height_mm)] or fits
+    reaching = [
+        fit for fit in fits if not reach_warnings(fit.model, region, field.hat_height_mm)
+    ] or fits
     return max(reaching, key=lambda fit: fit.notes["log_evidence"]) if fits else None
 
 
-def contradiction(fit: Fit, reference: Fit, observations: Observations, field: Field, region: Region,
-                  ) -> Contradiction | None:
+def contradiction(
+    fit: Fit,
+    reference: Fit,
+    observations: Observations,
+    field: Field,
+    region: Region,
+) -> Contradiction | None:
     """Return how far apart the two are; None where they see nothing of the region both.
 
     None as well where the reference explains the points much worse: no lens bends as a stretched picture does.
@@ -146,21 +188,37 @@ def contradiction(fit: Fit, reference: Fit, observations: Observations, field: F
     carpet_mm = rms(difference_mm(freer, model, region)[1].ravel())
     if carpet_mm is None:
         return None
-    return Contradiction(reference, carpet_mm, _hat_mm(freer, model, region, hat_height_mm)
-                         if isinstance(model, RayModel) else None)
+    return Contradiction(
+        reference,
+        carpet_mm,
+        _hat_mm(freer, model, region, hat_height_mm) if isinstance(model, RayModel) else None,
+    )
 
 
 def explains(reference_px: float | None, own_px: float | None) -> bool:
     """Tell whether a reference with these residuals fits the points about as well as a model with those."""
-    return own_px is not None and reference_px is not None and reference_px <= EXPLAINS * own_px + EXPLAINS_PX
+    return (
+        own_px is not None
+        and reference_px is not None
+        and reference_px <= EXPLAINS * own_px + EXPLAINS_PX
+    )
 
 
 def fit_rms_px(fit: Fit, observations: Observations, field: Field, region: Region) -> float | None:
     """Return the residuals of the points that a fit uses, rms px."""
     painted = field.as_painted(fit.notes, region)
-    return rms(np.concatenate([np.empty(0), *(
-        feature_residuals(fit.model, one, painted, region).px[fine] for one, fine, used in zip(
-            observations, fit.inliers, fit.used, strict=True) if used)]))
+    return rms(
+        np.concatenate(
+            [
+                np.empty(0),
+                *(
+                    feature_residuals(fit.model, one, painted, region).px[fine]
+                    for one, fine, used in zip(observations, fit.inliers, fit.used, strict=True)
+                    if used
+                ),
+            ]
+        )
+    )
 
 
 def _hat_mm(freer: RayModel, model: RayModel, region: Region, hat_height_mm: float) -> float | None:

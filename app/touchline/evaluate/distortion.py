@@ -60,15 +60,18 @@ def clicked_sag_pct(points: Points, run: int, inside: Points) -> float | None:
     return sag_pct(np.stack([along, across] if run == 0 else [across, along], axis=-1), inside)
 
 
-def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, Points]) -> DistortionReport:
+def distortion_report(
+    model: CameraModel, region: Region, clicks: Mapping[str, Points]
+) -> DistortionReport:
     """Eq. (9) before and after correction, per border and overall (their mean), as plain JSON.
 
     clicks: raw px (n, 2) per border, strays left out. Before: the bow of the model's own curve from corner to corner,
     so that it does not depend on where along the border somebody clicked. After: the bow left in the corrected clicks.
     """
     raw = {name: raw_from_field(model, region.border(name).sample(SAMPLES)) for name in BORDERS}
-    corrected_middle = model.corrected_from_field(region.field_from_region(
-        np.array([region.width_mm / 2, region.height_mm / 2])))
+    corrected_middle = model.corrected_from_field(
+        region.field_from_region(np.array([region.width_mm / 2, region.height_mm / 2]))
+    )
     raw_middle = model.raw_from_corrected(corrected_middle)
     per_border: dict[str, Sag] = {}
     for name in BORDERS:
@@ -76,7 +79,15 @@ def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, P
         corrected = model.corrected_from_raw(clicks.get(name, np.empty((0, 2))))
         after = clicked_sag_pct(corrected, 1 if name in ("left", "right") else 0, corrected_middle)
         per_border[name] = {"before_pct": before, "after_pct": after}
-    known = ([pct for b in per_border.values() if (pct := b[when]) is not None] for when in ("before_pct", "after_pct"))
+    known = (
+        [pct for b in per_border.values() if (pct := b[when]) is not None]
+        for when in ("before_pct", "after_pct")
+    )
     before, after = (float(np.mean(values)) if values else None for values in known)
-    return {"before_pct": before, "after_pct": after, "kind": None if before is None else distortion_kind(before),
-            "standard_lens_pct": STANDARD_LENS_PCT, "per_border": per_border}
+    return {
+        "before_pct": before,
+        "after_pct": after,
+        "kind": None if before is None else distortion_kind(before),
+        "standard_lens_pct": STANDARD_LENS_PCT,
+        "per_border": per_border,
+    }

@@ -24,11 +24,22 @@ from touchline.vision.snap import Hint, Snapped, snap
 WARN_MM = 5.0  # expected error, rms over the field, from which the operator is told
 TAPE_MM = 30.0  # how well a height is taped
 
-GROUPS = {"log_focal": "focal length", "aspect": "pixel aspect", "centre_x": "lens centre",
-          "centre_y": "lens centre", "turn_x": "tilt", "turn_y": "tilt", "turn_z": "rotation", "x": "position",
-          "y": "position", "height": "height"}
-NAMES = {part: say(f"parameter.{part.replace(' ', '-')}", part) for part in (
-    *GROUPS.values(), "lens", "perspective")}
+GROUPS = {
+    "log_focal": "focal length",
+    "aspect": "pixel aspect",
+    "centre_x": "lens centre",
+    "centre_y": "lens centre",
+    "turn_x": "tilt",
+    "turn_y": "tilt",
+    "turn_z": "rotation",
+    "x": "position",
+    "y": "position",
+    "height": "height",
+}
+NAMES = {
+    part: say(f"parameter.{part.replace(' ', '-')}", part)
+    for part in (*GROUPS.values(), "lens", "perspective")
+}
 
 CANDIDATES_PER_FEATURE = 25
 CLICK_MARGIN_PX = 4.0  # clicks on the picture's very edge are rare
@@ -52,13 +63,17 @@ class WeakDirection:
     taped_hat_mm: float
 
 
-def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> WeakDirection | None:
+def weakest_direction(
+    fit: Fit, region: Region, hat_height_mm: float = HAT_MM
+) -> WeakDirection | None:
     """The combination that costs most at hat height (on the carpet, for a model without rays)."""
     sensitivity = sensitivity_of(fit.model)
     if sensitivity is None or fit.covariance is None:
         return None
     z = hat_height_mm if isinstance(fit.model, RayModel) else 0.0
-    by = sensitivity.field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
+    by = sensitivity.field_jacobian(
+        with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names
+    )
     flat = by.reshape(-1, by.shape[-1])
     flat = flat[np.isfinite(flat).all(axis=1)]
     if not len(flat):
@@ -70,12 +85,18 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
     strong = np.argsort(share)[::-1]
     parts: list[str] = []
     for index in strong[share[strong] > 0.3 * share.max()]:
-        part = GROUPS.get(fit.parameter_names[index], "lens" if isinstance(fit.model, RayModel) else "perspective")
+        part = GROUPS.get(
+            fit.parameter_names[index], "lens" if isinstance(fit.model, RayModel) else "perspective"
+        )
         if part not in parts:
             parts.append(part)
     taped = _with_taped_height(fit.covariance, fit.parameter_names)
-    return WeakDirection(tuple(parts), expected_error(fit, region).rms, expected_error(fit, region, z).rms,
-                         expected_error(fit, region, z, covariance=taped).rms)
+    return WeakDirection(
+        tuple(parts),
+        expected_error(fit, region).rms,
+        expected_error(fit, region, z).rms,
+        expected_error(fit, region, z, covariance=taped).rms,
+    )
 
 
 def _root(covariance: Array) -> Array:
@@ -91,7 +112,9 @@ def _with_taped_height(covariance: Array, names: tuple[str, ...]) -> Array:
     return covariance - np.outer(column, column) / (TAPE_MM**2 + column[names.index("height")])
 
 
-def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> list[Warning]:
+def observability_warnings(
+    fit: Fit, region: Region, hat_height_mm: float = HAT_MM
+) -> list[Warning]:
     """Warn where the weak direction costs more than WARN_MM on the carpet or at hat height."""
     weak = weakest_direction(fit, region, hat_height_mm)
     if weak is None or max(weak.carpet_mm, weak.hat_mm) <= WARN_MM:
@@ -99,35 +122,77 @@ def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_
     rays = isinstance(fit.model, RayModel)
     cost = say("cost.carpet", "{mm:.1f} mm on the carpet", mm=weak.carpet_mm)
     if rays:
-        cost = say("cost.robot-tops", "{mm:.1f} mm on the carpet, {tops_mm:.0f} mm at robot-top height "
-                   "({height_mm:g} mm)", mm=weak.carpet_mm, tops_mm=weak.hat_mm, height_mm=hat_height_mm)
+        cost = say(
+            "cost.robot-tops",
+            "{mm:.1f} mm on the carpet, {tops_mm:.0f} mm at robot-top height ({height_mm:g} mm)",
+            mm=weak.carpet_mm,
+            tops_mm=weak.hat_mm,
+            height_mm=hat_height_mm,
+        )
     if weak.taped_hat_mm < 0.7 * weak.hat_mm and {"focal length", "height"} & set(weak.parts):
-        return [Warning("height-unknown",
-                        say("warning.height-unknown",
-                            "The points cannot separate height and focal length. Expected error: {cost}.", cost=cost),
-                        say("warning.height-unknown.fix",
-                            "Measure and enter the camera height (± {cm:.0f} cm is enough). This reduces the "
-                            "error at robot tops from {mm:.0f} to {measured_mm:.1f} mm. Four points at a known height, "
-                            "or a board calibration of the lens, also help.", cm=TAPE_MM / 10, mm=weak.hat_mm,
-                            measured_mm=weak.taped_hat_mm))]
-    return [Warning("weakly-determined", _not_determined(weak.parts, cost), say(
-        "warning.weakly-determined.board.fix", "Add points all over the image, first at the suggested next point, or "
-        "use a lens from a board calibration.") if rays else say(
-        "warning.weakly-determined.fix", "Add points all over the image, first at the suggested next point, or use a "
-        "lens model."))]
+        return [
+            Warning(
+                "height-unknown",
+                say(
+                    "warning.height-unknown",
+                    "The points cannot separate height and focal length. Expected error: {cost}.",
+                    cost=cost,
+                ),
+                say(
+                    "warning.height-unknown.fix",
+                    "Measure and enter the camera height (± {cm:.0f} cm is enough). This reduces the "
+                    "error at robot tops from {mm:.0f} to {measured_mm:.1f} mm. Four points at a known height, "
+                    "or a board calibration of the lens, also help.",
+                    cm=TAPE_MM / 10,
+                    mm=weak.hat_mm,
+                    measured_mm=weak.taped_hat_mm,
+                ),
+            )
+        ]
+    return [
+        Warning(
+            "weakly-determined",
+            _not_determined(weak.parts, cost),
+            say(
+                "warning.weakly-determined.board.fix",
+                "Add points all over the image, first at the suggested next point, or "
+                "use a lens from a board calibration.",
+            )
+            if rays
+            else say(
+                "warning.weakly-determined.fix",
+                "Add points all over the image, first at the suggested next point, or use a "
+                "lens model.",
+            ),
+        )
+    ]
 
 
 def _not_determined(parts: tuple[str, ...], cost: Sentence) -> Sentence:
     *others, last = (NAMES[part] for part in parts)
     if not others:
-        return say("warning.weakly-determined.one", "The points do not determine {part} well. Expected error: {cost}.",
-                   part=last, cost=cost)
-    return say("warning.weakly-determined", "The points do not determine {parts} and {last} well. Expected error: "
-               "{cost}.", parts=others, last=last, cost=cost)
+        return say(
+            "warning.weakly-determined.one",
+            "The points do not determine {part} well. Expected error: {cost}.",
+            part=last,
+            cost=cost,
+        )
+    return say(
+        "warning.weakly-determined",
+        "The points do not determine {parts} and {last} well. Expected error: {cost}.",
+        parts=others,
+        last=last,
+        cost=cost,
+    )
 
 
-def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSize, click_sigma_px: float,
-                    ) -> NextClick | None:
+def next_best_click(
+    fit: Fit,
+    field: Field,
+    region: Region,
+    image_size: ImageSize,
+    click_sigma_px: float,
+) -> NextClick | None:
     """The best of many places along all the field's lines and arcs: {"feature", "point" px, "worst_mm",
     "worst_mm_then", "z_mm"}, or None for a model that does not know its error.
 
@@ -144,7 +209,9 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
     names, points = [n for n, k in zip(names, known, strict=True) if k], points[known]
     rows, line_px = rows[known], line_px[known]
     z = field.hat_height_mm if isinstance(fit.model, RayModel) else 0.0
-    by = sensitivity.field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
+    by = sensitivity.field_jacobian(
+        with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names
+    )
     before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
     finite = np.isfinite(before)
     by, before = by[finite], before[finite]
@@ -154,23 +221,46 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
     then = before[:, None] - gain.sum(axis=1) / own
     worst = then.max(axis=0)
     best = int(np.argmin(worst))
-    return {"feature": names[best], "point": points[best].tolist(), "z_mm": z,
-            "worst_mm": float(np.sqrt(before.max())), "worst_mm_then": float(np.sqrt(max(worst[best], 0.0)))}
+    return {
+        "feature": names[best],
+        "point": points[best].tolist(),
+        "z_mm": z,
+        "worst_mm": float(np.sqrt(before.max())),
+        "worst_mm_then": float(np.sqrt(max(worst[best], 0.0))),
+    }
 
 
-def _candidates(fit: Fit, sensitivity: Sensitivity, field: Field, region: Region, image_size: ImageSize,
-                ) -> tuple[list[str], Points, Array, Array]:
+def _candidates(
+    fit: Fit,
+    sensitivity: Sensitivity,
+    field: Field,
+    region: Region,
+    image_size: ImageSize,
+) -> tuple[list[str], Points, Array, Array]:
     """Names, places (c, 2) px, rows (c, p), and σ px by which the lines of these may lie beside their places (c,)."""
-    shapes: list[Line | Arc] = [*map(region.border, BORDERS), *(
-        # else a border
-        line for line in field.lines.values() if field.observed_name(line.name, region) == line.name),
-        *field.arcs.values()]
+    shapes: list[Line | Arc] = [
+        *map(region.border, BORDERS),
+        *(
+            # else a border
+            line
+            for line in field.lines.values()
+            if field.observed_name(line.name, region) == line.name
+        ),
+        *field.arcs.values(),
+    ]
     offsets = {f"line_{i}": name for i, name in enumerate(fit.notes.get("offset_names", ()))}
     column_of = {offsets[name]: k for k, name in enumerate(fit.parameter_names) if name in offsets}
     samples = [shape.sample(2 * CANDIDATES_PER_FEATURE + 1) for shape in shapes]
-    places, ahead = (np.concatenate(each) for each in (
-        [along[1::2] for along in samples], [along[2::2] - along[1::2] for along in samples]))
-    normals = np.concatenate([shape.normals(along[1::2]) for shape, along in zip(shapes, samples, strict=True)])
+    places, ahead = (
+        np.concatenate(each)
+        for each in (
+            [along[1::2] for along in samples],
+            [along[2::2] - along[1::2] for along in samples],
+        )
+    )
+    normals = np.concatenate(
+        [shape.normals(along[1::2]) for shape, along in zip(shapes, samples, strict=True)]
+    )
     lever = TILT_SHARE * np.concatenate([np.linspace(-1, 1, len(along))[1::2] for along in samples])
     owners = np.repeat(np.arange(len(shapes)), [len(along) // 2 for along in samples])
     pixels = _pixels(fit, places)
@@ -178,16 +268,26 @@ def _candidates(fit: Fit, sensitivity: Sensitivity, field: Field, region: Region
     places, ahead, normals, pixels = (each[visible] for each in (places, ahead, normals, pixels))
     lever, owners = lever[visible], owners[visible]
     rows = sensitivity.click_jacobian(places, ahead, fit.parameter_names)
-    px_per_mm = _across(_pixels(fit, places + ahead) - pixels, _pixels(fit, places + normals) - pixels)
-    for part, by in zip(PARTS, (np.ones_like(lever), lever, normals[:, 0], normals[:, 1]), strict=True):
+    px_per_mm = _across(
+        _pixels(fit, places + ahead) - pixels, _pixels(fit, places + normals) - pixels
+    )
+    for part, by in zip(
+        PARTS, (np.ones_like(lever), lever, normals[:, 0], normals[:, 1]), strict=True
+    ):
         for number, shape in enumerate(shapes):
             if (shape.name, part) in column_of:
                 own = owners == number
                 rows[own, column_of[shape.name, part]] = (px_per_mm * by)[own]
     learned_mm = list(fit.notes.get("line_sigmas_mm", {}).values())
     # where no click tells how far a line lies beside its place, nor an arc's radius and centre
-    unknown_mm = np.array([0.0 if not learned_mm or (shape.name, "across") in column_of else
-                           np.median(learned_mm) * (np.sqrt(2) if isinstance(shape, Arc) else 1.0) for shape in shapes])
+    unknown_mm = np.array(
+        [
+            0.0
+            if not learned_mm or (shape.name, "across") in column_of
+            else np.median(learned_mm) * (np.sqrt(2) if isinstance(shape, Arc) else 1.0)
+            for shape in shapes
+        ]
+    )
     return [shapes[number].name for number in owners], pixels, rows, px_per_mm * unknown_mm[owners]
 
 
@@ -200,8 +300,14 @@ def _across(ahead: Points, moved: Points) -> Array:
     return (ahead[:, 0] * moved[:, 1] - ahead[:, 1] * moved[:, 0]) / np.linalg.norm(ahead, axis=1)
 
 
-def line_hints(model: CameraModel, feature: Feature, field: Field, region: Region, points: Points,
-               reach_px: float) -> list[Hint]:
+def line_hints(
+    model: CameraModel,
+    feature: Feature,
+    field: Field,
+    region: Region,
+    points: Points,
+    reach_px: float,
+) -> list[Hint]:
     """For each click (n, 2) px on a line or arc, which way the line runs there and how wide it should look."""
     if isinstance(feature, Landmark):
         return [Hint(reach_px)] * len(points)
@@ -212,19 +318,33 @@ def line_hints(model: CameraModel, feature: Feature, field: Field, region: Regio
     near, far = (raw_from_field(model, places + sign * width_mm / 2 * aside) for sign in (-1, 1))
     angles = np.arctan2(*(after - before).T[::-1])
     widths = np.linalg.norm(far - near, axis=1)
-    return [Hint(reach_px, float(width) if np.isfinite(width) and width > 0.2 else None,
-                 float(angle) if np.isfinite(angle) else None)
-            for angle, width in zip(angles, widths, strict=True)]
+    return [
+        Hint(
+            reach_px,
+            float(width) if np.isfinite(width) and width > 0.2 else None,
+            float(angle) if np.isfinite(angle) else None,
+        )
+        for angle, width in zip(angles, widths, strict=True)
+    ]
 
 
-def snap_along(pixels: np.ndarray, model: CameraModel, name: str, field: Field, region: Region, count: int,
-               reach_px: float) -> list[Snapped]:
+def snap_along(
+    pixels: np.ndarray,
+    model: CameraModel,
+    name: str,
+    field: Field,
+    region: Region,
+    count: int,
+    reach_px: float,
+) -> list[Snapped]:
     """Up to `count` points of a line or arc, evenly over what the picture shows of it; fewer where it is hidden."""
     feature = field.feature(name, region)
     if isinstance(feature, Landmark):
-        raise BadInput(f"{name} is a single landmark. Points can only be found along lines and arcs.",
-                       "Click the landmark itself.",
-                       reason="not-a-line")
+        raise BadInput(
+            f"{name} is a single landmark. Points can only be found along lines and arcs.",
+            "Click the landmark itself.",
+            reason="not-a-line",
+        )
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     places = spread_evenly(raw_from_field(model, feature.sample(SAMPLES)), size, count)
     hints = line_hints(model, feature, field, region, places, reach_px)
@@ -257,7 +377,10 @@ def _width_mm(feature: Line | Arc, field: Field) -> float:
     """As painted: a region's border is as wide as the line that it lies on."""
     if isinstance(feature, Arc) or feature.name not in BORDERS or feature.name in field.lines:
         return feature.width_mm
-    return next((line.width_mm for line in field.lines.values() if same_line(line, feature)), feature.width_mm)
+    return next(
+        (line.width_mm for line in field.lines.values() if same_line(line, feature)),
+        feature.width_mm,
+    )
 
 
 def _together(place: np.ndarray, moved: np.ndarray) -> np.ndarray:

@@ -42,23 +42,31 @@ class FeatureResiduals:
         return np.linalg.norm(self.to_place_mm, axis=-1)
 
 
-def feature_residuals(model: CameraModel, observation: Observation, field: Field, region: Region) -> FeatureResiduals:
+def feature_residuals(
+    model: CameraModel, observation: Observation, field: Field, region: Region
+) -> FeatureResiduals:
     """Carry the points to the field, drop a perpendicular on the feature, and look at the foot through the camera.
 
     Per point, not per axis: OpenCV's convention, √2 times what tools report that count x and y apart. Points
     above the carpet cannot be judged by a model without rays: NaN.
     """
     place, nearest = _carried(model, observation, field, region)
-    return FeatureResiduals(observation, _seen(model, nearest, observation.z_mm), nearest - place, place)
+    return FeatureResiduals(
+        observation, _seen(model, nearest, observation.z_mm), nearest - place, place
+    )
 
 
-def feature_residuals_mm(model: CameraModel, observation: Observation, field: Field, region: Region) -> Array:
+def feature_residuals_mm(
+    model: CameraModel, observation: Observation, field: Field, region: Region
+) -> Array:
     """Return only how far (n,) mm the points are from the feature, on the field."""
     place, nearest = _carried(model, observation, field, region)
     return np.linalg.norm(nearest - place, axis=-1)
 
 
-def _carried(model: CameraModel, observation: Observation, field: Field, region: Region) -> tuple[Points, Points]:
+def _carried(
+    model: CameraModel, observation: Observation, field: Field, region: Region
+) -> tuple[Points, Points]:
     """Return the points' places (n, 2) mm on the field, and the feature's places nearest to them."""
     feature, z_mm = field.feature(observation.feature, region), observation.z_mm
     if z_mm == 0:
@@ -77,13 +85,22 @@ def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:
     return model.project(with_z(places, z_mm))
 
 
-def residual_rows(residuals: FeatureResiduals, start: Points, foot: Points, px: Array,
-                  outliers: NDArray[np.bool_]) -> list[ResidualRow]:
+def residual_rows(
+    residuals: FeatureResiduals, start: Points, foot: Points, px: Array, outliers: NDArray[np.bool_]
+) -> list[ResidualRow]:
     """Each point's residual as plain JSON, null out of reach; start, foot (n, 2) and px (n,) in the picture shown."""
-    columns = (nullable_points(start), nullable_points(foot), nullable(px), nullable(residuals.mm),
-               nullable_points(residuals.to_place_mm), outliers.tolist())
-    return [{"point": point, "foot": foot, "px": px, "mm": mm, "mm_vector": vector, "outlier": outlier}
-            for point, foot, px, mm, vector, outlier in zip(*columns, strict=True)]
+    columns = (
+        nullable_points(start),
+        nullable_points(foot),
+        nullable(px),
+        nullable(residuals.mm),
+        nullable_points(residuals.to_place_mm),
+        outliers.tolist(),
+    )
+    return [
+        {"point": point, "foot": foot, "px": px, "mm": mm, "mm_vector": vector, "outlier": outlier}
+        for point, foot, px, mm, vector, outlier in zip(*columns, strict=True)
+    ]
 
 
 def mm_per_px(px: NDArray[np.float64], mm: NDArray[np.float64]) -> float | None:
@@ -116,8 +133,14 @@ class ResidualVectors(TypedDict):
     arrows: list[Arrow]
 
 
-def residual_vectors(model: CameraModel, observations: Observations, field: Field, region: Region,
-                     strays: Sequence[NDArray[np.bool_]], seen: Callable[[Points], Points]) -> ResidualVectors:
+def residual_vectors(
+    model: CameraModel,
+    observations: Observations,
+    field: Field,
+    region: Region,
+    strays: Sequence[NDArray[np.bool_]],
+    seen: Callable[[Points], Points],
+) -> ResidualVectors:
     """Return every point's arrow, None where the model does not reach.
 
     strays: for each observation, which of its points (n,) the fit left out. seen: raw pixels (n, 2) to those of the
@@ -131,6 +154,11 @@ def residual_vectors(model: CameraModel, observations: Observations, field: Fiel
         length = np.linalg.norm(end - start, axis=-1)
         px.append(length[~out])
         mm.append(residuals.mm[~out])
-        arrows += [{"feature": observation.feature_json, "index": index, **row}
-                   for index, row in enumerate(residual_rows(residuals, start, end, length, out))]
-    return {"mm_per_px": mm_per_px(*(np.concatenate([np.empty(0), *parts]) for parts in (px, mm))), "arrows": arrows}
+        arrows += [
+            {"feature": observation.feature_json, "index": index, **row}
+            for index, row in enumerate(residual_rows(residuals, start, end, length, out))
+        ]
+    return {
+        "mm_per_px": mm_per_px(*(np.concatenate([np.empty(0), *parts]) for parts in (px, mm))),
+        "arrows": arrows,
+    }

@@ -47,13 +47,19 @@ MARGIN = 0.01  # of the picture's diagonal: so much further out the lens must st
 HALVINGS = 20
 
 
-def covariance_from_json(value: Any, model: CameraModel) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+def covariance_from_json(
+    value: Any, model: CameraModel
+) -> tuple[tuple[str, ...], NDArray[np.float64]]:
     """Names and their matrix (n, n) from a report's "covariance"; Conflict where it is not that model's."""
     try:
         if not isinstance(value, Mapping) or not isinstance(value["names"], (list, tuple)):
             raise ValueError("no covariance")
         names, matrix = tuple(value["names"]), np.array(value["matrix"], float)
-        if not (_named(names, model) and matrix.shape == (len(names), len(names)) and _is_covariance(matrix)):
+        if not (
+            _named(names, model)
+            and matrix.shape == (len(names), len(names))
+            and _is_covariance(matrix)
+        ):
             raise ValueError("no covariance of this model")
     except (TypeError, ValueError, KeyError, OverflowError, np.linalg.LinAlgError):
         raise _foreign() from None
@@ -80,16 +86,23 @@ def fit_from_json(value: Any, model: CameraModel) -> tuple[Fit, RayCamera | None
 
 
 def _foreign() -> Conflict:
-    return Conflict("The covariance in the calibration does not belong to its lens model. The expected error is "
-                    "unknown.", "Calibrate again with its points.", reason="foreign-covariance")
+    return Conflict(
+        "The covariance in the calibration does not belong to its lens model. The expected error is "
+        "unknown.",
+        "Calibrate again with its points.",
+        reason="foreign-covariance",
+    )
 
 
 def _named(names: tuple[Any, ...], model: CameraModel) -> bool:
     """Each once, all the model's, and not only of lines' offsets."""
     sensitivity = sensitivity_of(model)
     own = set(sensitivity.names) if sensitivity else set()
-    return (all(isinstance(name, str) and (name in own or LINE.fullmatch(name)) for name in names)
-            and len(set(names)) == len(names) and any(name in own for name in names))
+    return (
+        all(isinstance(name, str) and (name in own or LINE.fullmatch(name)) for name in names)
+        and len(set(names)) == len(names)
+        and any(name in own for name in names)
+    )
 
 
 def _is_covariance(matrix: NDArray[np.float64]) -> bool:
@@ -128,13 +141,21 @@ class ExpectedError:
 
     def to_json(self) -> SigmaReport:
         mm, place = self.worst
-        return {"z_mm": self.z_mm, "median": float(np.nanmedian(self.sigma_mm)), "rms": self.rms, "rms_95": self.rms_95,
-                "max": mm, "worst_place": place}
+        return {
+            "z_mm": self.z_mm,
+            "median": float(np.nanmedian(self.sigma_mm)),
+            "rms": self.rms,
+            "rms_95": self.rms_95,
+            "max": mm,
+            "worst_place": place,
+        }
 
 
 def grid_over(region: Region, columns: int = GRID[0], rows: int = GRID[1]) -> Points:
     """(rows, columns, 2) field mm, corners included, as the region stands in the corrected picture."""
-    u, v = np.meshgrid(np.linspace(0, region.width_mm, columns), np.linspace(0, region.height_mm, rows))
+    u, v = np.meshgrid(
+        np.linspace(0, region.width_mm, columns), np.linspace(0, region.height_mm, rows)
+    )
     return region.field_from_region(np.stack([u, v], axis=-1))
 
 
@@ -142,18 +163,30 @@ def knows_its_error(fit: Fit) -> bool:
     return fit.covariance is not None and sensitivity_of(fit.model) is not None
 
 
-def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points | None = None,
-                   covariance: Array | None = None, stand_in: RayCamera | None = None) -> ExpectedError:
+def expected_error(
+    fit: Fit,
+    region: Region,
+    z_mm: float = 0.0,
+    places: Points | None = None,
+    covariance: Array | None = None,
+    stand_in: RayCamera | None = None,
+) -> ExpectedError:
     """Expected error over the region in the plane at z_mm. covariance: in place of the fit's own.
 
     stand_in: the camera that is used in place of the fitted one, which is a RayCamera; then only places in the picture
     count.
     """
     places = grid_over(region) if places is None else places
-    sensitivity, spread = sensitivity_of(fit.model), fit.covariance if covariance is None else covariance
+    sensitivity, spread = (
+        sensitivity_of(fit.model),
+        fit.covariance if covariance is None else covariance,
+    )
     if sensitivity is None or spread is None:
-        raise Conflict("The expected error cannot be computed for this fit.", "Use a physical lens model.",
-                       reason="no-covariance")
+        raise Conflict(
+            "The expected error cannot be computed for this fit.",
+            "Use a physical lens model.",
+            reason="no-covariance",
+        )
     points = with_z(places.reshape(-1, 2), z_mm)
     by = sensitivity.field_jacobian(points, fit.parameter_names)
     apart = np.zeros((len(points), 2)) if stand_in is None else _apart(fit.model, stand_in, points)
@@ -161,10 +194,17 @@ def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points |
         variance = np.einsum("nik,kl,nil->n", by, spread, by) + np.sum(apart**2, axis=1)
     known = np.isfinite(variance)
     if not known.any():
-        raise FitFailed("The fitted camera does not cover any of the area.",
-                        "Check the line of each point and the covered area.", reason="no-camera")
-    return ExpectedError(places, np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]), z_mm,
-                         _rms_95(by[known], spread, apart[known]))
+        raise FitFailed(
+            "The fitted camera does not cover any of the area.",
+            "Check the line of each point and the covered area.",
+            reason="no-camera",
+        )
+    return ExpectedError(
+        places,
+        np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]),
+        z_mm,
+        _rms_95(by[known], spread, apart[known]),
+    )
 
 
 def _apart(model: CameraModel, stand_in: RayCamera, points: Array) -> Points:
@@ -189,8 +229,13 @@ def _rms_95(by: Array, covariance: Array, apart: Points) -> float:
     return float(np.sqrt(mean * (1 - ninth + QUANTILE_95 * np.sqrt(ninth)) ** 3))
 
 
-def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool,
-                 stand_in: RayCamera | None = None) -> SigmaReport | None:
+def sigma_report(
+    fit: Fit,
+    region: Region,
+    hat_mm: float,
+    height_is_known: bool,
+    stand_in: RayCamera | None = None,
+) -> SigmaReport | None:
     """Median and largest expected error at the carpet, and under "hat" at hat height where there are rays.
 
     "known" under "hat": whether that is a figure and no guess. height_is_known: of the camera above the carpet.
@@ -215,10 +260,21 @@ def reach_warnings(model: CameraModel, region: Region, hat_height_mm: float) -> 
     share = float(np.mean(ends.any(axis=0)))
     if not share:
         return []
-    return [Warning("lens-ends", say(
-        "warning.lens-ends", "The fitted lens folds back inside the image. {share:.0f} % of the field, up to robot-top "
-        "height, is at its limit or beyond and has no position.", share=100 * share), say(
-        "warning.lens-ends.fix", "Use the fisheye model, or add points near the corners of the image."))]
+    return [
+        Warning(
+            "lens-ends",
+            say(
+                "warning.lens-ends",
+                "The fitted lens folds back inside the image. {share:.0f} % of the field, up to robot-top "
+                "height, is at its limit or beyond and has no position.",
+                share=100 * share,
+            ),
+            say(
+                "warning.lens-ends.fix",
+                "Use the fisheye model, or add points near the corners of the image.",
+            ),
+        )
+    ]
 
 
 def _ends(model: RayCamera, places: Array) -> Array:

@@ -15,9 +15,14 @@ from touchline.fitting.ray_camera.camera_prior import HeightJson
 
 # The best level under a warning, by its reason.
 BEST_LEVEL: Mapping[str, Level] = {
-    "height-contradicted": "poor", "residuals-too-large": "poor", "unusual-height": "poor",
-    "unusual-focal-length": "poor", "unusual-aspect": "fair", "unusual-principal-point": "fair",
-    "misplaced-lines": "fair"}
+    "height-contradicted": "poor",
+    "residuals-too-large": "poor",
+    "unusual-height": "poor",
+    "unusual-focal-length": "poor",
+    "unusual-aspect": "fair",
+    "unusual-principal-point": "fair",
+    "misplaced-lines": "fair",
+}
 GRID = 9  # places each way over the region
 
 GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
@@ -37,7 +42,9 @@ class Doubt:
     scale_mm: float = 0.0
 
 
-def worst_doubt(warnings: Iterable[Warning], height: HeightJson | None, region: Region) -> Doubt | None:
+def worst_doubt(
+    warnings: Iterable[Warning], height: HeightJson | None, region: Region
+) -> Doubt | None:
     """Return the warning that caps the level lowest; None where none does."""
     capping = [w for w in warnings if w.reason in BEST_LEVEL]
     if not capping:
@@ -48,7 +55,12 @@ def worst_doubt(warnings: Iterable[Warning], height: HeightJson | None, region: 
 
 def scale_error_mm(height: HeightJson | None, region: Region) -> float:
     """Return how far positions are off, rms mm, if a contradicted height is right: the field is then so much larger."""
-    if height is None or height["state"] != "contradicted" or not height["entered_mm"] or not height["points_mm"]:
+    if (
+        height is None
+        or height["state"] != "contradicted"
+        or not height["entered_mm"]
+        or not height["points_mm"]
+    ):
         return 0.0
     x, y = np.meshgrid(np.linspace(*region.x_mm, GRID), np.linspace(*region.y_mm, GRID))
     return abs(height["entered_mm"] / height["points_mm"] - 1) * root_mean_square(np.hypot(x, y))
@@ -117,27 +129,69 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
     expected, expected_95 = (sigma["rms"], sigma["rms_95"]) if sigma else (None, 0.0)
     hat = sigma.get("hat") if sigma else None
     hat_mm, hat_95_mm = (hat["rms"], hat["rms_95"]) if hat else (0.0, 0.0)
-    if known.is_physical and expected is not None and cv_mm is not None and cv_mm <= LEFT_OUT * max(expected, GOOD_MM):
+    if (
+        known.is_physical
+        and expected is not None
+        and cv_mm is not None
+        and cv_mm <= LEFT_OUT * max(expected, GOOD_MM)
+    ):
         # a line left out is predicted worse than it is known once it counts: no sign of a misfit
         cv_mm = None
     figures = [mm for mm in (cv_mm, known.check_mm, expected) if mm is not None]
     if not figures:
-        return stated(Verdict(mm=None, level="unknown", levels=_levels("unknown", known), sentence=say(
-            "verdict.not-validated", "The accuracy is unknown because no points could be cross-validated.")))
+        return stated(
+            Verdict(
+                mm=None,
+                level="unknown",
+                levels=_levels("unknown", known),
+                sentence=say(
+                    "verdict.not-validated",
+                    "The accuracy is unknown because no points could be cross-validated.",
+                ),
+            )
+        )
     mm = max(figures)
-    where = (say("verdict.expected", "Expected error on the carpet: {mm:.1f} mm (95 % below {mm_95:.1f} mm).",
-                 mm=mm, mm_95=expected_95) if mm == expected
-             else say("verdict.checked", "Error on check points: {mm:.1f} mm.", mm=mm) if mm == known.check_mm
-             else say("verdict.cross-validated", "Cross-validated error: {mm:.1f} mm.", mm=mm))
+    where = (
+        say(
+            "verdict.expected",
+            "Expected error on the carpet: {mm:.1f} mm (95 % below {mm_95:.1f} mm).",
+            mm=mm,
+            mm_95=expected_95,
+        )
+        if mm == expected
+        else say("verdict.checked", "Error on check points: {mm:.1f} mm.", mm=mm)
+        if mm == known.check_mm
+        else say("verdict.cross-validated", "Cross-validated error: {mm:.1f} mm.", mm=mm)
+    )
     # as in the comparison of all models: what it misses, and what it has elsewhere
     if known.apart_mm > GOOD_MM:
-        mm = mm if known.is_apart_expected and mm == expected else float(np.hypot(mm, known.apart_mm))
-        where = say("verdict.contradicted", "Error inside the field: {mm:.1f} mm. {model} places the field "
-                    "{apart_mm:.0f} mm away with the same points.", mm=mm, model=known.freer, apart_mm=known.apart_mm)
+        mm = (
+            mm
+            if known.is_apart_expected and mm == expected
+            else float(np.hypot(mm, known.apart_mm))
+        )
+        where = say(
+            "verdict.contradicted",
+            "Error inside the field: {mm:.1f} mm. {model} places the field "
+            "{apart_mm:.0f} mm away with the same points.",
+            mm=mm,
+            model=known.freer,
+            apart_mm=known.apart_mm,
+        )
     elif not known.knows_inside:
-        return stated(Verdict(mm=mm, level="unknown", levels=_levels("unknown", known), sentence=say(
-            "verdict.inside-unknown", "Accuracy inside the field is unknown. The border points fit within {mm:.1f} mm, "
-            "but no point inside was used. Add points on the centre circle.", mm=mm)))
+        return stated(
+            Verdict(
+                mm=mm,
+                level="unknown",
+                levels=_levels("unknown", known),
+                sentence=say(
+                    "verdict.inside-unknown",
+                    "Accuracy inside the field is unknown. The border points fit within {mm:.1f} mm, "
+                    "but no point inside was used. Add points on the centre circle.",
+                    mm=mm,
+                ),
+            )
+        )
     on_carpet = level_likely(mm, expected_95)
     level: Level = "good" if known.reaches else "fair"
     level = worst_level(on_carpet, level_of(hat_95_mm / SURE), level)
@@ -146,63 +200,138 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
     if doubt is not None and LEVELS.index(doubt.level) >= LEVELS.index(level):
         told_level, level, words = doubt.level, on_carpet, _doubted(doubt)
     if hat and hat_mm > mm and hat_95_mm / SURE > GOOD_MM:
-        words = _with_robot_tops(words, level, on_carpet, hat_mm if hat.get("known", True) else None)
+        words = _with_robot_tops(
+            words, level, on_carpet, hat_mm if hat.get("known", True) else None
+        )
     if doubt is not None and doubt.scale_mm > mm:
         mm = doubt.scale_mm
-        where = join(where, say("verdict.scale", "If the entered height is correct, positions are off by {mm:.0f} mm.",
-                                mm=mm))
-    believed = say("verdict.height-not-checked", "Robot tops rely on the entered height, which the points cannot "
-                   "check.") if known.is_height_believed else ""
-    beyond = "" if known.reaches else say("verdict.not-covered", "The lens model does not cover the whole field.")
-    return stated(Verdict(mm=mm, level=told_level, levels=_levels(on_carpet, known),
-                          sentence=join(words, believed, beyond, where)))
+        where = join(
+            where,
+            say(
+                "verdict.scale",
+                "If the entered height is correct, positions are off by {mm:.0f} mm.",
+                mm=mm,
+            ),
+        )
+    believed = (
+        say(
+            "verdict.height-not-checked",
+            "Robot tops rely on the entered height, which the points cannot check.",
+        )
+        if known.is_height_believed
+        else ""
+    )
+    beyond = (
+        ""
+        if known.reaches
+        else say("verdict.not-covered", "The lens model does not cover the whole field.")
+    )
+    return stated(
+        Verdict(
+            mm=mm,
+            level=told_level,
+            levels=_levels(on_carpet, known),
+            sentence=join(words, believed, beyond, where),
+        )
+    )
 
 
 def _levels(on_carpet: Level | Literal["unknown"], known: FitAccuracy) -> FigureLevels:
     """Return each figure's own level; what speaks against the whole fit speaks against both."""
     hat = known.sigma.get("hat") if known.sigma else None
-    caps: tuple[Level, ...] = ("good" if known.reaches else "fair", known.doubt.level if known.doubt else "good")
+    caps: tuple[Level, ...] = (
+        "good" if known.reaches else "fair",
+        known.doubt.level if known.doubt else "good",
+    )
     tops: Level | Literal["unknown"] | None = None
     if hat is not None:
         tops = "unknown"
         if tops_are_known(hat["rms"], hat.get("known", True) is not False):
             tops = worst_level(level_likely(hat["rms"], hat["rms_95"]), *caps)
-    return {"carpet": on_carpet if on_carpet == "unknown" else worst_level(on_carpet, *caps), "robot_tops": tops}
+    return {
+        "carpet": on_carpet if on_carpet == "unknown" else worst_level(on_carpet, *caps),
+        "robot_tops": tops,
+    }
 
 
 def _doubted(doubt: Doubt) -> Sentence:
-    return (say("verdict.doubted", "Not reliable. {why}", why=doubt.why) if doubt.level == "poor" else
-            say("verdict.usable-with-care", "Usable with care. {why}", why=doubt.why))
+    return (
+        say("verdict.doubted", "Not reliable. {why}", why=doubt.why)
+        if doubt.level == "poor"
+        else say("verdict.usable-with-care", "Usable with care. {why}", why=doubt.why)
+    )
 
 
 def _judgement(level: Level, known: FitAccuracy) -> Sentence:
     if level == "good":
-        return say("verdict.accurate", "Accurate enough for matches.") if known.is_physical else say(
-            "verdict.accurate-on-carpet", "Accurate enough for the ball. Robot tops ({height_mm:g} mm) require a "
-            "physical lens model.", height_mm=known.hat_height_mm)
+        return (
+            say("verdict.accurate", "Accurate enough for matches.")
+            if known.is_physical
+            else say(
+                "verdict.accurate-on-carpet",
+                "Accurate enough for the ball. Robot tops ({height_mm:g} mm) require a "
+                "physical lens model.",
+                height_mm=known.hat_height_mm,
+            )
+        )
     if level == "fair":
-        return say("verdict.usable", "Usable. Expect positions to be off by up to {mm:g} mm.", mm=FAIR_MM)
-    return say("verdict.inaccurate", "Not accurate enough for matches: positions inside the field are off by "
-               "centimetres.")
+        return say(
+            "verdict.usable", "Usable. Expect positions to be off by up to {mm:g} mm.", mm=FAIR_MM
+        )
+    return say(
+        "verdict.inaccurate",
+        "Not accurate enough for matches: positions inside the field are off by centimetres.",
+    )
 
 
-def _with_robot_tops(words: Sentence, level: Level, on_carpet: Level, hat_mm: float | None) -> Sentence:
+def _with_robot_tops(
+    words: Sentence, level: Level, on_carpet: Level, hat_mm: float | None
+) -> Sentence:
     """Say how far robot tops are off, or that it is not known, and that the carpet is better where it is."""
     if level == on_carpet:
         if hat_mm is None:
-            return join(words, say("verdict.robot-tops-unknown", "The error at robot tops is unknown, because the "
-                                   "camera height is unknown."))
-        return join(words, say("verdict.robot-tops", "Robot tops may be off by about {mm:.0f} mm.", mm=hat_mm))
-    begin = (say("verdict.usable-only", "Usable.") if level == "fair"
-             else say("verdict.inaccurate-only", "Not accurate enough for matches."))
+            return join(
+                words,
+                say(
+                    "verdict.robot-tops-unknown",
+                    "The error at robot tops is unknown, because the camera height is unknown.",
+                ),
+            )
+        return join(
+            words,
+            say("verdict.robot-tops", "Robot tops may be off by about {mm:.0f} mm.", mm=hat_mm),
+        )
+    begin = (
+        say("verdict.usable-only", "Usable.")
+        if level == "fair"
+        else say("verdict.inaccurate-only", "Not accurate enough for matches.")
+    )
     if hat_mm is None:
-        return join(begin, say(
-            "verdict.accurate-but-robot-tops-unknown", "Accurate on the carpet, but the error at robot tops is "
-            "unknown, because the camera height is unknown.") if on_carpet == "good" else say(
-            "verdict.usable-but-robot-tops-unknown", "Usable on the carpet, but the error at robot tops is unknown, "
-            "because the camera height is unknown."))
-    return join(begin, say(
-        "verdict.accurate-but-robot-tops", "Accurate on the carpet, but robot tops may be off by about {mm:.0f} mm.",
-        mm=hat_mm) if on_carpet == "good" else say(
-        "verdict.usable-but-robot-tops", "Usable on the carpet, but robot tops may be off by about {mm:.0f} mm.",
-        mm=hat_mm))
+        return join(
+            begin,
+            say(
+                "verdict.accurate-but-robot-tops-unknown",
+                "Accurate on the carpet, but the error at robot tops is "
+                "unknown, because the camera height is unknown.",
+            )
+            if on_carpet == "good"
+            else say(
+                "verdict.usable-but-robot-tops-unknown",
+                "Usable on the carpet, but the error at robot tops is unknown, "
+                "because the camera height is unknown.",
+            ),
+        )
+    return join(
+        begin,
+        say(
+            "verdict.accurate-but-robot-tops",
+            "Accurate on the carpet, but robot tops may be off by about {mm:.0f} mm.",
+            mm=hat_mm,
+        )
+        if on_carpet == "good"
+        else say(
+            "verdict.usable-but-robot-tops",
+            "Usable on the carpet, but robot tops may be off by about {mm:.0f} mm.",
+            mm=hat_mm,
+        ),
+    )

@@ -91,7 +91,9 @@ class Verification:
         if other is None:
             return not self.doubts()
         more = self.share - other.share
-        return (more > CLEARLY or (more > -CLEARLY and self.rms_px < other.rms_px / 2)) and not self.doubts()
+        return (
+            more > CLEARLY or (more > -CLEARLY and self.rms_px < other.rms_px / 2)
+        ) and not self.doubts()
 
     def doubts(self, is_chosen: bool = True) -> tuple[ProblemJson, ...]:
         """Return why it may be wrong; empty where there is no doubt.
@@ -99,40 +101,95 @@ class Verification:
         is_chosen: whether somebody chose the field; if not, one rectangle is too little to know it by.
         """
         doubts: list[tuple[str, Sentence, Sentence]] = []
-        markings = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
+        markings = int(
+            (self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum()
+        )
         if self.share < MIN_FOUND or self.missing_share > MAX_MISSING:
             named = [marking_name(name) for name in self.missing[:MISSING_SHOWN]]
-            doubts.append(("lines-missing", say(
-                "lines.missing", "Only {share:.0f} % of the expected lines were detected; not detected: {lines}.",
-                share=100 * self.share, lines=named) if named else say(
-                "lines.few", "Only {share:.0f} % of the expected lines were detected.", share=100 * self.share), say(
-                "lines.missing.fix", "Check the field type and the covered area. Uncover the lines, improve the "
-                                     "lighting, or take several images.")))
+            doubts.append(
+                (
+                    "lines-missing",
+                    say(
+                        "lines.missing",
+                        "Only {share:.0f} % of the expected lines were detected; not detected: {lines}.",
+                        share=100 * self.share,
+                        lines=named,
+                    )
+                    if named
+                    else say(
+                        "lines.few",
+                        "Only {share:.0f} % of the expected lines were detected.",
+                        share=100 * self.share,
+                    ),
+                    say(
+                        "lines.missing.fix",
+                        "Check the field type and the covered area. Uncover the lines, improve the "
+                        "lighting, or take several images.",
+                    ),
+                )
+            )
         if self.unexplained_share > MAX_UNEXPLAINED:
-            doubts.append(("lines-unexplained", say(
-                "lines.unexplained", "{share:.0f} % of the lines detected on the carpet are not part of the field.",
-                share=100 * self.unexplained_share), say(
-                "lines.unexplained.fix", "Check the field type and the covered area.")))
+            doubts.append(
+                (
+                    "lines-unexplained",
+                    say(
+                        "lines.unexplained",
+                        "{share:.0f} % of the lines detected on the carpet are not part of the field.",
+                        share=100 * self.unexplained_share,
+                    ),
+                    say("lines.unexplained.fix", "Check the field type and the covered area."),
+                )
+            )
         if self.rival > 1 - MIN_AHEAD:
-            doubts.append(("ambiguous", say(
-                "lines.ambiguous", "The image matches the field in two orientations."), say(
-                "lines.ambiguous.fix",
-                "Choose the covered area, or enter its approximate orientation or the camera height.")))
+            doubts.append(
+                (
+                    "ambiguous",
+                    say("lines.ambiguous", "The image matches the field in two orientations."),
+                    say(
+                        "lines.ambiguous.fix",
+                        "Choose the covered area, or enter its approximate orientation or the camera height.",
+                    ),
+                )
+            )
         if markings < MIN_MARKINGS or (self.is_rectangle and not is_chosen):
-            doubts.append(("too-few-lines", say(
-                "lines.too-few", "Lines of only {n} markings were detected.", n=markings), say(
-                "lines.too-few.fix", "Show more of the field, or mark points.")))
+            doubts.append(
+                (
+                    "too-few-lines",
+                    say("lines.too-few", "Lines of only {n} markings were detected.", n=markings),
+                    say("lines.too-few.fix", "Show more of the field, or mark points."),
+                )
+            )
         if self.rms_px > MAX_RMS * self.diagonal_px:
-            doubts.append(("loose", say(
-                "lines.loose", "The field model is {px:.1f} px from the detected lines.", px=self.rms_px), say(
-                "lines.loose.fix", "Check the field type. If it is correct, try another lens model.")))
+            doubts.append(
+                (
+                    "loose",
+                    say(
+                        "lines.loose",
+                        "The field model is {px:.1f} px from the detected lines.",
+                        px=self.rms_px,
+                    ),
+                    say(
+                        "lines.loose.fix",
+                        "Check the field type. If it is correct, try another lens model.",
+                    ),
+                )
+            )
         return tuple(stated(ProblemJson(reason=r, what=w, fix=f)) for r, w, f in doubts)
 
     def to_json(self) -> Proof:
-        return {"found_share": self.share, "missing_share": self.missing_share, "missing": list(self.missing),
-                "unexplained_share": self.unexplained_share, "rms_px": self.rms_px, "rival": self.rival,
-                "markings": [{"feature": n, "expected_px": float(e), "found_px": float(f)} for n, e, f in zip(
-                    self.names, self.expected_px, self.found_px, strict=True) if e > 0]}
+        return {
+            "found_share": self.share,
+            "missing_share": self.missing_share,
+            "missing": list(self.missing),
+            "unexplained_share": self.unexplained_share,
+            "rms_px": self.rms_px,
+            "rival": self.rival,
+            "markings": [
+                {"feature": n, "expected_px": float(e), "found_px": float(f)}
+                for n, e, f in zip(self.names, self.expected_px, self.found_px, strict=True)
+                if e > 0
+            ],
+        }
 
 
 class AutomaticVerdict(Stated):
@@ -144,15 +201,36 @@ class AutomaticVerdict(Stated):
     reason: str
 
 
-def verdict_of(doubts: Sequence[ProblemJson], proof: Verification | None, calibrated: Verdict | None,
-               remark: Sentence | str = "") -> AutomaticVerdict:
+def verdict_of(
+    doubts: Sequence[ProblemJson],
+    proof: Verification | None,
+    calibrated: Verdict | None,
+    remark: Sentence | str = "",
+) -> AutomaticVerdict:
     """remark: what else was seen, where there is no doubt."""
     if doubts:
         first = doubts[0]
         look = say("lines.check-overlay", "Check the overlay before you continue.") if proof else ""
-        return stated(AutomaticVerdict(level="unsure" if proof else "nothing", sentence=join(first["what"], look),
-                                       fix=first["fix"], reason=first["reason"]))
+        return stated(
+            AutomaticVerdict(
+                level="unsure" if proof else "nothing",
+                sentence=join(first["what"], look),
+                fix=first["fix"],
+                reason=first["reason"],
+            )
+        )
     level, own = (calibrated["level"], calibrated["sentence"]) if calibrated else ("unknown", "")
-    found = say("lines.found", "{share:.0f} % of the expected lines were detected, with an average offset of "
-                "{px:.2f} px from the field model.", share=100 * proof.share, px=proof.rms_px) if proof else ""
-    return stated(AutomaticVerdict(level=level, sentence=join(found, remark, own), fix="", reason="found"))
+    found = (
+        say(
+            "lines.found",
+            "{share:.0f} % of the expected lines were detected, with an average offset of "
+            "{px:.2f} px from the field model.",
+            share=100 * proof.share,
+            px=proof.rms_px,
+        )
+        if proof
+        else ""
+    )
+    return stated(
+        AutomaticVerdict(level=level, sentence=join(found, remark, own), fix="", reason="found")
+    )

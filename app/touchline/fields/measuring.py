@@ -56,25 +56,53 @@ class JoinedField:
         def lines_at(place: Point) -> list[str]:
             return [names[i] for i in np.flatnonzero(_distances(ends, np.asarray(place)) < SAME_MM)]
 
-        self._ends = {(name, end): [other for other in lines_at(getattr(line, end)) if other != name]
-                      for name, line in field.lines.items() for end in ("start", "end")}
+        self._ends = {
+            (name, end): [other for other in lines_at(getattr(line, end)) if other != name]
+            for name, line in field.lines.items()
+            for end in ("start", "end")
+        }
         self._marks = {name: lines_at(mark.position) for name, mark in field.landmarks.items()}
-        self._size = [(self._line_along(axis, sign * side / 2, -other / 2, other / 2), axis, sign * side / 2)
-                      for axis, side, other in ((0, field.length_mm, field.width_mm),
-                                                (1, field.width_mm, field.length_mm)) for sign in (1, -1)]
+        self._size = [
+            (self._line_along(axis, sign * side / 2, -other / 2, other / 2), axis, sign * side / 2)
+            for axis, side, other in (
+                (0, field.length_mm, field.width_mm),
+                (1, field.width_mm, field.length_mm),
+            )
+            for sign in (1, -1)
+        ]
 
     def moved(self, shifts: Mapping[str, Shift], arcs: Mapping[str, ArcChange]) -> Field:
         """Return the field with those lines and arcs moved, in mm; the others stay."""
         field = self.field
-        lines = {name: _shifted(line, shifts[name]) if name in shifts else line for name, line in field.lines.items()}
-        rings = {name: arc.shifted(arcs[name][0], arcs[name][1:]) if name in arcs else arc
-                 for name, arc in field.arcs.items()}
-        joined = {name: replace(line, start=self._end(lines, name, "start"), end=self._end(lines, name, "end"))
-                  for name, line in lines.items()}
-        marks = {name: Landmark(name, self._carried(lines, rings, name)) for name in field.landmarks}
-        right, left, top, bottom = (_at(lines[name], axis, 0.0) if name else at for name, axis, at in self._size)
-        return replace(field, lines=joined, arcs=rings, landmarks=marks, length_mm=right - left, width_mm=top - bottom,
-                       regions={name: self._resized(lines, region) for name, region in field.regions.items()})
+        lines = {
+            name: _shifted(line, shifts[name]) if name in shifts else line
+            for name, line in field.lines.items()
+        }
+        rings = {
+            name: arc.shifted(arcs[name][0], arcs[name][1:]) if name in arcs else arc
+            for name, arc in field.arcs.items()
+        }
+        joined = {
+            name: replace(
+                line, start=self._end(lines, name, "start"), end=self._end(lines, name, "end")
+            )
+            for name, line in lines.items()
+        }
+        marks = {
+            name: Landmark(name, self._carried(lines, rings, name)) for name in field.landmarks
+        }
+        right, left, top, bottom = (
+            _at(lines[name], axis, 0.0) if name else at for name, axis, at in self._size
+        )
+        return replace(
+            field,
+            lines=joined,
+            arcs=rings,
+            landmarks=marks,
+            length_mm=right - left,
+            width_mm=top - bottom,
+            regions={name: self._resized(lines, region) for name, region in field.regions.items()},
+        )
 
     def _end(self, lines: Mapping[str, Line], name: str, end: str) -> Point:
         """Return where a line ends now: on the line that it ended at, else where the shift has taken it."""
@@ -105,8 +133,11 @@ class JoinedField:
         """Name the line along an edge at x (axis 0) or y (1), from end to end; "" where there is none."""
         for name, line in self.field.lines.items():
             ends = sorted((line.start[1 - axis], line.end[1 - axis]))
-            if (all(abs(end[axis] - at) < SAME_MM for end in (line.start, line.end))
-                    and ends[0] < low + SAME_MM and ends[1] > high - SAME_MM):
+            if (
+                all(abs(end[axis] - at) < SAME_MM for end in (line.start, line.end))
+                and ends[0] < low + SAME_MM
+                and ends[1] > high - SAME_MM
+            ):
                 return name
         return ""
 
@@ -114,23 +145,41 @@ class JoinedField:
         def edge(axis: int, at: float, low: float, high: float) -> float:
             name = self._line_along(axis, at, low, high)
             return _at(lines[name], axis, (low + high) / 2) if name else at
+
         (x0, x1), (y0, y1) = region.x_mm, region.y_mm
-        return replace(region, x_mm=(edge(0, x0, y0, y1), edge(0, x1, y0, y1)),
-                       y_mm=(edge(1, y0, x0, x1), edge(1, y1, x0, x1)))
+        return replace(
+            region,
+            x_mm=(edge(0, x0, y0, y1), edge(0, x1, y0, y1)),
+            y_mm=(edge(1, y0, x0, x1), edge(1, y1, x0, x1)),
+        )
 
 
 def rounded_field(field: Field, digits: int = 1) -> Field:
     """Return the field with places to a tenth of a millimetre, as a tape gives them."""
+
     def spot(place: Point) -> Point:
         return (round(place[0], digits) + 0.0, round(place[1], digits) + 0.0)
+
     return replace(
-        field, length_mm=round(field.length_mm, digits), width_mm=round(field.width_mm, digits),
-        lines={name: replace(line, start=spot(line.start), end=spot(line.end)) for name, line in field.lines.items()},
-        arcs={name: replace(arc, centre=spot(arc.centre), radius_mm=round(arc.radius_mm, digits))
-              for name, arc in field.arcs.items()},
-        landmarks={name: Landmark(name, spot(mark.position)) for name, mark in field.landmarks.items()},
-        regions={name: replace(region, x_mm=spot(region.x_mm), y_mm=spot(region.y_mm))
-                 for name, region in field.regions.items()})
+        field,
+        length_mm=round(field.length_mm, digits),
+        width_mm=round(field.width_mm, digits),
+        lines={
+            name: replace(line, start=spot(line.start), end=spot(line.end))
+            for name, line in field.lines.items()
+        },
+        arcs={
+            name: replace(arc, centre=spot(arc.centre), radius_mm=round(arc.radius_mm, digits))
+            for name, arc in field.arcs.items()
+        },
+        landmarks={
+            name: Landmark(name, spot(mark.position)) for name, mark in field.landmarks.items()
+        },
+        regions={
+            name: replace(region, x_mm=spot(region.x_mm), y_mm=spot(region.y_mm))
+            for name, region in field.regions.items()
+        },
+    )
 
 
 def _distances(lines: Array, place: Points) -> Array:
@@ -152,7 +201,10 @@ def _point(place: Array) -> Point:
 
 def _crossing(one: Line, other: Line) -> Point | None:
     """Return where two lines cross, both endless; None where they hardly do."""
-    (ax, ay), (bx, by) = np.subtract(one.end, one.start).tolist(), np.subtract(other.end, other.start).tolist()
+    (ax, ay), (bx, by) = (
+        np.subtract(one.end, one.start).tolist(),
+        np.subtract(other.end, other.start).tolist(),
+    )
     sine = ax * by - ay * bx
     if abs(sine) < CROSSING * np.hypot(ax, ay) * np.hypot(bx, by):
         return None
@@ -217,9 +269,14 @@ class MeasuredField:
     warnings: tuple[Warning, ...] = ()
 
     def to_json(self) -> MeasuredFieldJson:
-        return {"field": self.field.to_json(), "residuals_mm": list(self.residuals_mm),
-                "offsets": {name: {"mm": mm, "sigma_mm": sigma} for name, (mm, sigma) in self.offsets.items()},
-                "warnings": [warning.to_json() for warning in self.warnings]}
+        return {
+            "field": self.field.to_json(),
+            "residuals_mm": list(self.residuals_mm),
+            "offsets": {
+                name: {"mm": mm, "sigma_mm": sigma} for name, (mm, sigma) in self.offsets.items()
+            },
+            "warnings": [warning.to_json() for warning in self.warnings],
+        }
 
 
 def adjust_to_tape(field: Field, distances: Sequence[TapeDistance]) -> MeasuredField:
@@ -228,20 +285,38 @@ def adjust_to_tape(field: Field, distances: Sequence[TapeDistance]) -> MeasuredF
     measured = np.array([distance.mm for distance in distances])
     sigma = np.array([distance.sigma_mm for distance in distances])
     size = 2 * len(field.lines) + 3 * len(field.arcs)
-    named = {name: field.landmarks[name] for distance in distances for name in (distance.start, distance.end)}
+    named = {
+        name: field.landmarks[name]
+        for distance in distances
+        for name in (distance.start, distance.end)
+    }
     used = JoinedField(replace(field, landmarks=named))
 
     def lengths(state: Array) -> Array:
         marks = used.moved(*_moves(field, state)).landmarks
-        return np.array([np.hypot(*np.subtract(marks[d.start].position, marks[d.end].position)) for d in distances])
+        return np.array(
+            [
+                np.hypot(*np.subtract(marks[d.start].position, marks[d.end].position))
+                for d in distances
+            ]
+        )
 
     # some centimetres in metres change no direction that counts: the derivative at the rules' field does for all
-    jacobian = np.stack([(lengths(step) - lengths(-step)) / (2 * STEP_MM) for step in STEP_MM * np.eye(size)], axis=1)
+    jacobian = np.stack(
+        [(lengths(step) - lengths(-step)) / (2 * STEP_MM) for step in STEP_MM * np.eye(size)],
+        axis=1,
+    )
 
     def solve(start: Array, prior_mm: Array) -> Minimum[Array]:
-        return minimise(start, lambda state: (
-            np.concatenate([state / prior_mm, (lengths(state) - measured) / sigma]),
-            np.concatenate([np.diag(1 / prior_mm), jacobian / sigma[:, None]])), np.add, robust_rows=size)
+        return minimise(
+            start,
+            lambda state: (
+                np.concatenate([state / prior_mm, (lengths(state) - measured) / sigma]),
+                np.concatenate([np.diag(1 / prior_mm), jacobian / sigma[:, None]]),
+            ),
+            np.add,
+            robust_rows=size,
+        )
 
     prior_mm = np.full(size, max(field.line_sigma_mm, MIN_PRIOR_MM))
     first = solve(np.zeros(size), prior_mm).state
@@ -249,9 +324,19 @@ def adjust_to_tape(field: Field, distances: Sequence[TapeDistance]) -> MeasuredF
     found = solve(first, np.maximum(prior_mm, np.abs(first)))
     spread = np.sqrt(np.diag(np.linalg.inv(found.jacobian.T @ found.jacobian)))
     moved = JoinedField(field).moved(*_moves(field, found.state))
-    offsets, residuals_mm = _offsets(field, found.state, spread), tuple((measured - lengths(found.state)).tolist())
-    return _measured(moved, offsets, residuals_mm, (*_residual_warnings(distances, residuals_mm),
-                                                    *_move_warnings(offsets, float(prior_mm[0]))))
+    offsets, residuals_mm = (
+        _offsets(field, found.state, spread),
+        tuple((measured - lengths(found.state)).tolist()),
+    )
+    return _measured(
+        moved,
+        offsets,
+        residuals_mm,
+        (
+            *_residual_warnings(distances, residuals_mm),
+            *_move_warnings(offsets, float(prior_mm[0])),
+        ),
+    )
 
 
 def _check_distances(field: Field, distances: Sequence[TapeDistance]) -> None:
@@ -259,14 +344,25 @@ def _check_distances(field: Field, distances: Sequence[TapeDistance]) -> None:
     for number, distance in enumerate(distances):
         for end, name in (("from", distance.start), ("to", distance.end)):
             if name not in field.landmarks:
-                raise BadInput(f"The field has no landmark called {name!r}.", "Use landmarks of the field.",
-                               reason="unknown-landmark", entry=f"distances[{number}].{end}")
+                raise BadInput(
+                    f"The field has no landmark called {name!r}.",
+                    "Use landmarks of the field.",
+                    reason="unknown-landmark",
+                    entry=f"distances[{number}].{end}",
+                )
         if distance.start == distance.end:
-            raise BadInput("A distance is measured between two landmarks.", "Choose another landmark.",
-                           reason="unknown-landmark", entry=f"distances[{number}].to")
+            raise BadInput(
+                "A distance is measured between two landmarks.",
+                "Choose another landmark.",
+                reason="unknown-landmark",
+                entry=f"distances[{number}].to",
+            )
     if 2 * len(field.lines) + 3 * len(field.arcs) > MAX_UNKNOWNS:
-        raise BadInput("The field has more lines and arcs than can be adjusted at once.",
-                       "Remove those that were not measured.", reason="too-many-markings")
+        raise BadInput(
+            "The field has more lines and arcs than can be adjusted at once.",
+            "Remove those that were not measured.",
+            reason="too-many-markings",
+        )
 
 
 def as_found(calibration: Calibration, field: Field) -> MeasuredField:
@@ -275,78 +371,153 @@ def as_found(calibration: Calibration, field: Field) -> MeasuredField:
     field: as it is now, which must be the one that the calibration was made for.
     """
     if calibration.field_changes(field.to_json()):
-        raise Conflict("The calibration was made before the field was changed.",
-                       "Calibrate again, then adopt the result.", reason="field-changed")
+        raise Conflict(
+            "The calibration was made before the field was changed.",
+            "Calibrate again, then adopt the result.",
+            reason="field-changed",
+        )
     report = calibration.report
     if not report.get("line_offsets_mm"):
-        raise Conflict("This calibration does not determine the positions of the lines.",
-                       "Calibrate with a physical lens model and with points on more lines than the borders.",
-                       reason="no-offsets")
+        raise Conflict(
+            "This calibration does not determine the positions of the lines.",
+            "Calibrate with a physical lens model and with points on more lines than the borders.",
+            reason="no-offsets",
+        )
     region = field.region(calibration.region, calibration.rotate)
     across = field.as_painted(report, region).line_offsets_mm
-    sigmas = field.as_painted({"line_offsets_mm": report.get("line_offset_sigmas_mm")}, region).line_offsets_mm
+    sigmas = field.as_painted(
+        {"line_offsets_mm": report.get("line_offset_sigmas_mm")}, region
+    ).line_offsets_mm
     centres = report.get("arc_offsets_mm") or {}
     moved = JoinedField(field).moved(
         {name: (across[name], across[name]) for name in field.lines if name in across},
-        {name: (across.get(name, 0.0), *centres.get(name, (0.0, 0.0))) for name in field.arcs})
-    offsets = {name: (across[name], abs(sigmas[name]) if name in sigmas else None)
-               for name in (*field.lines, *field.arcs) if name in across}
-    return _measured(moved, offsets, (), tuple(_move_warnings(offsets, max(field.line_sigma_mm, MIN_PRIOR_MM))))
+        {name: (across.get(name, 0.0), *centres.get(name, (0.0, 0.0))) for name in field.arcs},
+    )
+    offsets = {
+        name: (across[name], abs(sigmas[name]) if name in sigmas else None)
+        for name in (*field.lines, *field.arcs)
+        if name in across
+    }
+    return _measured(
+        moved, offsets, (), tuple(_move_warnings(offsets, max(field.line_sigma_mm, MIN_PRIOR_MM)))
+    )
 
 
-def _measured(moved: Field, offsets: Offsets, residuals_mm: tuple[float, ...],
-              warnings: tuple[Warning, ...]) -> MeasuredField:
+def _measured(
+    moved: Field, offsets: Offsets, residuals_mm: tuple[float, ...], warnings: tuple[Warning, ...]
+) -> MeasuredField:
     """Return the field to a tenth of a millimetre; its lines lie beside their new places by what is not known.
 
     BadInput where that is no field any more.
     """
     known = [sigma for _, sigma in offsets.values() if sigma is not None]
-    sigma_mm = min(moved.line_sigma_mm, round(float(np.median(known)), 1)) if known else moved.line_sigma_mm
+    sigma_mm = (
+        min(moved.line_sigma_mm, round(float(np.median(known)), 1))
+        if known
+        else moved.line_sigma_mm
+    )
     try:
         field = field_from_json(replace(rounded_field(moved), line_sigma_mm=sigma_mm).to_json())
     except BadInput as refused:
-        raise BadInput(f"The measured distances do not fit any field: {refused.what}",
-                       "Check whether a distance was read or entered incorrectly, or whether the field type is wrong.",
-                       reason="bad-measures") from None
+        raise BadInput(
+            f"The measured distances do not fit any field: {refused.what}",
+            "Check whether a distance was read or entered incorrectly, or whether the field type is wrong.",
+            reason="bad-measures",
+        ) from None
     return MeasuredField(field, offsets, residuals_mm, warnings)
 
 
 def _moves(field: Field, state: Array) -> tuple[dict[str, Shift], dict[str, ArcChange]]:
     """Return a state's shifts of lines, their middles and how far askew they lie, and its changes of arcs."""
-    middles = state[:2 * len(field.lines)].reshape(-1, 2)
-    changes = state[2 * len(field.lines):].reshape(-1, 3)
-    return ({name: (float(aside - askew), float(aside + askew))
-             for name, (aside, askew) in zip(field.lines, middles, strict=True)},
-            {name: (float(r), float(x), float(y)) for name, (r, x, y) in zip(field.arcs, changes, strict=True)})
+    middles = state[: 2 * len(field.lines)].reshape(-1, 2)
+    changes = state[2 * len(field.lines) :].reshape(-1, 3)
+    return (
+        {
+            name: (float(aside - askew), float(aside + askew))
+            for name, (aside, askew) in zip(field.lines, middles, strict=True)
+        },
+        {
+            name: (float(r), float(x), float(y))
+            for name, (r, x, y) in zip(field.arcs, changes, strict=True)
+        },
+    )
 
 
 def _offsets(field: Field, state: Array, spread: Array) -> dict[str, tuple[float, float]]:
     rows = [*range(0, 2 * len(field.lines), 2), *range(2 * len(field.lines), len(state), 3)]
-    return {name: (float(state[row]), float(spread[row]))
-            for name, row in zip((*field.lines, *field.arcs), rows, strict=True)}
+    return {
+        name: (float(state[row]), float(spread[row]))
+        for name, row in zip((*field.lines, *field.arcs), rows, strict=True)
+    }
 
 
 def _move_warnings(offsets_mm: Offsets, usual_mm: float) -> list[Warning]:
     """Warn of lines and arcs that were moved far, or by no more than is known of it, mm and σ, the furthest first."""
     warnings = []
     for name, (mm, sigma) in sorted(offsets_mm.items(), key=lambda item: -abs(item[1][0])):
-        if sigma is not None and abs(mm) > MIN_NOTICED_SIGMAS * usual_mm and sigma > MAX_SURE_SHARE * abs(mm):
-            warnings.append(Warning("uncertain-move", say(
-                "warning.uncertain-move", "The measurements do not determine where the {line} is: moved by {mm:.0f} ± "
-                "{sigma_mm:.0f} mm.", line=marking_name(name), mm=mm, sigma_mm=sigma), say(
-                "warning.uncertain-move.fix", "Measure more distances to this line, from both of its ends."), name))
+        if (
+            sigma is not None
+            and abs(mm) > MIN_NOTICED_SIGMAS * usual_mm
+            and sigma > MAX_SURE_SHARE * abs(mm)
+        ):
+            warnings.append(
+                Warning(
+                    "uncertain-move",
+                    say(
+                        "warning.uncertain-move",
+                        "The measurements do not determine where the {line} is: moved by {mm:.0f} ± "
+                        "{sigma_mm:.0f} mm.",
+                        line=marking_name(name),
+                        mm=mm,
+                        sigma_mm=sigma,
+                    ),
+                    say(
+                        "warning.uncertain-move.fix",
+                        "Measure more distances to this line, from both of its ends.",
+                    ),
+                    name,
+                )
+            )
         elif abs(mm) > MIN_FAR_SIGMAS * usual_mm:
-            warnings.append(Warning("large-move", say(
-                "warning.large-move", "The {line} was moved by {mm:.0f} mm.", line=marking_name(name), mm=mm), say(
-                "warning.large-move.fix", "Check the field type, and measure the distances to this line again."), name))
+            warnings.append(
+                Warning(
+                    "large-move",
+                    say(
+                        "warning.large-move",
+                        "The {line} was moved by {mm:.0f} mm.",
+                        line=marking_name(name),
+                        mm=mm,
+                    ),
+                    say(
+                        "warning.large-move.fix",
+                        "Check the field type, and measure the distances to this line again.",
+                    ),
+                    name,
+                )
+            )
     return warnings
 
 
-def _residual_warnings(distances: Sequence[TapeDistance], residuals_mm: Sequence[float]) -> list[Warning]:
+def _residual_warnings(
+    distances: Sequence[TapeDistance], residuals_mm: Sequence[float]
+) -> list[Warning]:
     """Warn of distances that contradict the others. residuals_mm: of each."""
-    return [Warning("distance-contradicted", say(
-        "warning.distance-contradicted", "The distance from {start} to {end} differs by {mm:.0f} mm from the others.",
-        start=marking_name(distance.start), end=marking_name(distance.end), mm=mm), say(
-        "warning.distance-contradicted.fix", "Measure this distance again, or check how it was entered."), index=number)
+    return [
+        Warning(
+            "distance-contradicted",
+            say(
+                "warning.distance-contradicted",
+                "The distance from {start} to {end} differs by {mm:.0f} mm from the others.",
+                start=marking_name(distance.start),
+                end=marking_name(distance.end),
+                mm=mm,
+            ),
+            say(
+                "warning.distance-contradicted.fix",
+                "Measure this distance again, or check how it was entered.",
+            ),
+            index=number,
+        )
         for number, (distance, mm) in enumerate(zip(distances, residuals_mm, strict=True))
-        if abs(mm) > MAX_RESIDUAL_SIGMAS * distance.sigma_mm]
+        if abs(mm) > MAX_RESIDUAL_SIGMAS * distance.sigma_mm
+    ]

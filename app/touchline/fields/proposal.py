@@ -74,35 +74,61 @@ class ProposedFieldJson(Stated):
     sentence: str
 
 
-def proposed_field(pixels: NDArray[np.uint8], length_mm: float | None, width_mm: float | None,
-                   progress: Progress = no_progress) -> ProposedFieldJson:
+def proposed_field(
+    pixels: NDArray[np.uint8],
+    length_mm: float | None,
+    width_mm: float | None,
+    progress: Progress = no_progress,
+) -> ProposedFieldJson:
     """Return the field that the lines form, of that length between the goal lines or that width, or of both.
 
     BadInput where neither is given, or a width that is more than the length; FitFailed where no four lines are borders.
     """
     if not (length_mm or width_mm):
-        raise BadInput(say("field.no-length", "A field's size needs a length."),
-                       say("field.no-length.fix", "Give length_mm, width_mm, or both."), reason="no-length")
+        raise BadInput(
+            say("field.no-length", "A field's size needs a length."),
+            say("field.no-length.fix", "Give length_mm, width_mm, or both."),
+            reason="no-length",
+        )
     if length_mm and width_mm and width_mm > length_mm:
-        raise BadInput(say("field.width-over-length", "The width is more than the length."), say(
-            "field.width-over-length.fix", "Give the longer side as length_mm."), reason="bad-size")
+        raise BadInput(
+            say("field.width-over-length", "The width is more than the length."),
+            say("field.width-over-length.fix", "Give the longer side as length_mm."),
+            reason="bad-size",
+        )
     progress(0.0, DETECTING_LINES)
     lines = detect_lines(pixels)
     progress(0.6, say("progress.finding-borders", "Finding the borders"))
     found = field_from_lines(lines.seen, lines.chains, length_mm, width_mm)
     if found is None:
-        raise FitFailed(say("field.no-borders", "No four lines in the image form the borders of a field."), say(
-            "field.no-borders.fix", "Take an image that shows all four borders, or add a field in the editor."),
-            reason="no-borders")
+        raise FitFailed(
+            say("field.no-borders", "No four lines in the image form the borders of a field."),
+            say(
+                "field.no-borders.fix",
+                "Take an image that shows all four borders, or add a field in the editor.",
+            ),
+            reason="no-borders",
+        )
     size = {"length": found.field.length_mm / 1000, "width": found.field.width_mm / 1000}
-    sentence = (say("field.proposed", "The lines form a field of {length:.2f} × {width:.2f} m.", **size)
-                if found.is_ratio_known else
-                say("field.proposed-roughly", "The lines form a field of about {length:.2f} × {width:.2f} m. No centre "
-                    "circle was measured: its width may be several per cent off.", **size))
+    sentence = (
+        say("field.proposed", "The lines form a field of {length:.2f} × {width:.2f} m.", **size)
+        if found.is_ratio_known
+        else say(
+            "field.proposed-roughly",
+            "The lines form a field of about {length:.2f} × {width:.2f} m. No centre "
+            "circle was measured: its width may be several per cent off.",
+            **size,
+        )
+    )
     sigma_mm = max(LINE_SIGMA_MM, float(round(LINE_SIGMA_SHARE * found.field.length_mm)))
-    return stated(ProposedFieldJson(
-        field=replace(found.field, name=NAME, title=TITLE, line_sigma_mm=sigma_mm).to_json(),
-        is_ratio_known=found.is_ratio_known, corners=found.corners.round(1).tolist(), sentence=sentence))
+    return stated(
+        ProposedFieldJson(
+            field=replace(found.field, name=NAME, title=TITLE, line_sigma_mm=sigma_mm).to_json(),
+            is_ratio_known=found.is_ratio_known,
+            corners=found.corners.round(1).tolist(),
+            sentence=sentence,
+        )
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,15 +156,23 @@ class Borders:
     def camera(self, seen: SeenLines, ratio: float) -> RayCameraParameters | None:
         """Return the camera over a field of that ratio, LENGTH_MM long; None where it does not lead to the borders."""
         focal, *_ = _focals_and_ratios(self.plane_from_field[None], np.array([ratio]))
-        start = initial_camera(self.plane_from_field @ np.diag([1 / LENGTH_MM, ratio / LENGTH_MM, 1.0]),
-                               float(focal[0]), seen.plane, seen.size)
+        start = initial_camera(
+            self.plane_from_field @ np.diag([1 / LENGTH_MM, ratio / LENGTH_MM, 1.0]),
+            float(focal[0]),
+            seen.plane,
+            seen.size,
+        )
         pattern = FieldPattern.of(bare_field(ratio), LENGTH_MM / FIELD_STEPS)
         refined = None if start is None else refine_camera(start, pattern, seen)
         return None if refined is None else refined.state
 
 
-def field_from_lines(seen: SeenLines, chains: Sequence[Points], length_mm: float | None, width_mm: float | None,
-                  ) -> ProposedField | None:
+def field_from_lines(
+    seen: SeenLines,
+    chains: Sequence[Points],
+    length_mm: float | None,
+    width_mm: float | None,
+) -> ProposedField | None:
     """Return the field that the lines form; None where they form none. length_mm, width_mm: one of them, or both.
 
     chains: (n, 2) raw px each, along all lines.
@@ -154,13 +188,20 @@ def field_from_lines(seen: SeenLines, chains: Sequence[Points], length_mm: float
         field = tidied(with_markings)
         half_mm = (field.length_mm / 2, field.width_mm / 2, 0.0)
         factor = length_mm / field.length_mm if length_mm else (width_mm or 0.0) / field.width_mm
-        return ProposedField(scaled(field, factor), is_round or given_ratio is not None,
-                             state.project(corners * half_mm))
+        return ProposedField(
+            scaled(field, factor),
+            is_round or given_ratio is not None,
+            state.project(corners * half_mm),
+        )
     return None
 
 
-def _measured(borders: Borders, seen: SeenLines, chains: Sequence[Points], given_ratio: float | None,
-              ) -> tuple[float, RayCameraParameters, bool] | None:
+def _measured(
+    borders: Borders,
+    seen: SeenLines,
+    chains: Sequence[Points],
+    given_ratio: float | None,
+) -> tuple[float, RayCameraParameters, bool] | None:
     """Return the ratio, the camera, and whether a circle tells that ratio; None where no camera sees the borders."""
     ratio = given_ratio or borders.ratio
     state, is_round = borders.camera(seen, ratio), False
@@ -187,8 +228,13 @@ def circle_stretch(places: Sequence[Points], ratio: float) -> float | None:
     on it; the one of which most is seen counts.
     """
     max_mm = CIRCLE_SHARE * np.array([LENGTH_MM, LENGTH_MM / ratio]) / 2
-    bent = [each for each in places if len(each) >= MIN_PLACES and (np.abs(each) < max_mm).all()
-            and Straight.through(each).rms_mm > MIN_BENT_MM]
+    bent = [
+        each
+        for each in places
+        if len(each) >= MIN_PLACES
+        and (np.abs(each) < max_mm).all()
+        and Straight.through(each).rms_mm > MIN_BENT_MM
+    ]
     bent_places = np.concatenate([np.empty((0, 2)), *bent])
     found = [circle for first in bent if (circle := _ellipse_from(first, bent_places)) is not None]
     return max(found)[1] if found else None
@@ -207,7 +253,11 @@ def _ellipse_from(first: Points, bent: Points) -> tuple[float, float] | None:
     on_circle = bent[_ellipse_distance_mm(bent, centre, axes) < SURELY_ON_CIRCLE_MM]
     share = len(np.unique(_angle_steps(on_circle - centre))) * ANGLE_STEP_DEG / 360
     stretch = float(axes[0] / axes[1])
-    is_circle = share > MIN_CIRCLE_SEEN and np.linalg.norm(centre) < MAX_OFF_CENTRE_MM and axes.min() > MIN_RADIUS_MM
+    is_circle = (
+        share > MIN_CIRCLE_SEEN
+        and np.linalg.norm(centre) < MAX_OFF_CENTRE_MM
+        and axes.min() > MIN_RADIUS_MM
+    )
     return (share, stretch) if is_circle and 1 / MAX_STRETCH < stretch < MAX_STRETCH else None
 
 
@@ -237,9 +287,15 @@ def _angle_steps(arms: Points) -> Array:
 def bare_field(ratio: float) -> Field:
     """Return a field of that ratio, LENGTH_MM long, that has its borders alone."""
     x, y = LENGTH_MM / 2, LENGTH_MM / 2 / ratio
-    lines = {name: Line(name, start, end, LINE_MM) for name, start, end in (
-        ("touch-line-top", (-x, y), (x, y)), ("touch-line-bottom", (-x, -y), (x, -y)),
-        ("goal-line-left", (-x, -y), (-x, y)), ("goal-line-right", (x, -y), (x, y)))}
+    lines = {
+        name: Line(name, start, end, LINE_MM)
+        for name, start, end in (
+            ("touch-line-top", (-x, y), (x, y)),
+            ("touch-line-bottom", (-x, -y), (x, -y)),
+            ("goal-line-left", (-x, -y), (-x, y)),
+            ("goal-line-right", (x, -y), (x, y)),
+        )
+    }
     return Field("", "", 2 * x, 2 * y, lines, {}, {}, {"full": Region("full", (-x, x), (-y, y))})
 
 
@@ -255,10 +311,14 @@ def find_borders(seen: SeenLines) -> Sequence[Borders]:
     order = np.flatnonzero(is_border)[np.argsort(-painted[is_border], kind="stable")][:MAX_COMPARED]
     if not len(order):
         return ()
-    symmetric_px, inside_px = np.transpose([_symmetric_inside(maps[index], seen) for index in order])
+    symmetric_px, inside_px = np.transpose(
+        [_symmetric_inside(maps[index], seen) for index in order]
+    )
     explained_px = painted[order] + symmetric_px
     # As a share of what these borders have, and of what the best of them have: half a field explains itself, but less.
-    value = harmonic_mean(explained_px / (drawn[order] + inside_px), explained_px / explained_px.max())
+    value = harmonic_mean(
+        explained_px / (drawn[order] + inside_px), explained_px / explained_px.max()
+    )
     best = np.argsort(-value, kind="stable")[:MAX_TRIED]
     return tuple(Borders(maps[index], float(ratio[index])) for index in order[best])
 
@@ -281,7 +341,9 @@ def _focals_and_ratios(maps: Array, given_ratio: Array | None = None) -> tuple[A
 def _centred(maps: Array) -> Array:
     """Return (n, 3, 3) from unit sides about the centre to the unit square, y against the picture's from above."""
     up = -np.sign(np.linalg.det(maps))
-    result = np.tile(np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]]), (len(maps), 1, 1))
+    result = np.tile(
+        np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]]), (len(maps), 1, 1)
+    )
     result[:, 1, 1] = up
     return result
 
@@ -292,14 +354,18 @@ def _sides(maps: Array, seen: SeenLines) -> tuple[Array, Array, Mask]:
     Borders are painted on all four sides, and end at the corners: what goes on there is of something larger.
     """
     at = (np.arange(SIDE_SAMPLES) + 0.5) / SIDE_SAMPLES - 0.5
-    painted, drawn, shown = (each.reshape(len(maps), 4, SIDE_SAMPLES).sum(axis=2) for each in _painted(maps, at, seen))
+    painted, drawn, shown = (
+        each.reshape(len(maps), 4, SIDE_SAMPLES).sum(axis=2) for each in _painted(maps, at, seen)
+    )
     is_painted = (painted > MIN_PAINTED * drawn).all(axis=1)
     is_in_picture = (shown > MIN_IN_PICTURE * SIDE_SAMPLES).all(axis=1)
     beyond = 0.5 + BEYOND_SHARE * (np.arange(BEYOND_SAMPLES) + 0.5) / BEYOND_SAMPLES
     count_going_on = np.zeros(len(maps), int)
     for end in (1, -1):
-        further, length, _ = (each.reshape(len(maps), 4, BEYOND_SAMPLES).sum(axis=2)
-                              for each in _painted(maps, end * beyond, seen))
+        further, length, _ = (
+            each.reshape(len(maps), 4, BEYOND_SAMPLES).sum(axis=2)
+            for each in _painted(maps, end * beyond, seen)
+        )
         count_going_on += (further > MIN_PAINTED * np.maximum(length, 1e-9)).sum(axis=1)
     is_border = is_painted & is_in_picture & (count_going_on <= MAX_GOING_ON)
     return painted.sum(axis=1), drawn.sum(axis=1), is_border
@@ -308,13 +374,19 @@ def _sides(maps: Array, seen: SeenLines) -> tuple[Array, Array, Mask]:
 def _painted(maps: Array, at: Array, seen: SeenLines) -> tuple[Array, Array, Mask]:
     """Return (n, 4 k) each of places so far along the sides (k,): px painted, px in the picture, and whether it is."""
     half, ones, zeros = np.full(len(at), 0.5), np.ones(len(at)), np.zeros(len(at))
-    places = np.concatenate([np.column_stack(side) for side in ((at, half), (at, -half), (half, at), (-half, at))])
-    along = np.concatenate([np.column_stack(side) for side in 2 * [(ones, zeros)] + 2 * [(zeros, ones)]])
+    places = np.concatenate(
+        [np.column_stack(side) for side in ((at, half), (at, -half), (half, at), (-half, at))]
+    )
+    along = np.concatenate(
+        [np.column_stack(side) for side in 2 * [(ones, zeros)] + 2 * [(zeros, ones)]]
+    )
     raw = project(maps, places, seen.plane)
     ahead = project(maps, places + along * (0.25 / SIDE_SAMPLES), seen.plane) - raw
     inside = inside_picture(raw, seen.size, 2) & np.isfinite(ahead).all(axis=-1)
     step = np.where(inside, 4 * np.linalg.norm(ahead, axis=-1), 0.0)
-    found = seen.ridges.found(np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0))
+    found = seen.ridges.found(
+        np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0)
+    )
     return step * found, step, inside
 
 
@@ -322,16 +394,22 @@ def _symmetric_inside(plane_from_field: Array, seen: SeenLines) -> tuple[float, 
     """Return the length of lines within the borders that are on both sides of both axes, and of all of them, px."""
     points, along = seen.sampled(MAX_MIRRORED_POINTS)
     field_from_plane = np.asarray(np.linalg.inv(plane_from_field), np.float64)
-    at, ahead = (_mapped(field_from_plane, seen.plane.undistorted_from_raw(raw))
-                 for raw in (points, points + 2 * along))
+    at, ahead = (
+        _mapped(field_from_plane, seen.plane.undistorted_from_raw(raw))
+        for raw in (points, points + 2 * along)
+    )
     inside = (np.abs(at) < INSIDE_SHARE / 2).all(axis=1) & np.isfinite(ahead).all(axis=1)
     # how well each point is found on the other side of both axes
     mirrored = np.ones(int(inside.sum()))
     for mirror in ((-1, 1), (1, -1)):
-        raw, raw_ahead = (project(plane_from_field[None], field[inside] * mirror, seen.plane)[0]
-                          for field in (at, ahead))
+        raw, raw_ahead = (
+            project(plane_from_field[None], field[inside] * mirror, seen.plane)[0]
+            for field in (at, ahead)
+        )
         fine = np.isfinite(raw).all(axis=1) & np.isfinite(raw_ahead).all(axis=1)
-        found = seen.ridges.found(np.where(fine[:, None], raw, -1.0), np.where(fine[:, None], raw_ahead - raw, 1.0))
+        found = seen.ridges.found(
+            np.where(fine[:, None], raw, -1.0), np.where(fine[:, None], raw_ahead - raw, 1.0)
+        )
         mirrored = np.minimum(mirrored, found)
     px_per_point = seen.ridges.length_px / len(points)
     return float(mirrored.sum() * px_per_point), float(inside.sum() * px_per_point)

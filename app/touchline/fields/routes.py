@@ -27,7 +27,13 @@ from touchline.fields.measuring import (
 )
 from touchline.fields.proposal import ProposedFieldJson, proposed_field
 from touchline.fields.seen_markings import SeenField, seen_field
-from touchline.fields.service import PlayingField, field_json, outdated_calibrations, parsed_field, write_field
+from touchline.fields.service import (
+    PlayingField,
+    field_json,
+    outdated_calibrations,
+    parsed_field,
+    write_field,
+)
 from touchline.services.container import Services
 from touchline.services.fields import delete_field, save_field, simulated
 from touchline.services.forms import Strict
@@ -40,15 +46,19 @@ PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingFi
 
 MAX_FILE_BYTES = 1 << 20
 Side = Annotated[float, Value(ge=MIN_SIDE_MM, le=MAX_SIDE_MM)]
-OnlyNew = Annotated[str | None, Header(alias="If-None-Match", pattern=r"^\*$",
-                                       description="*: only where there is none")]
+OnlyNew = Annotated[
+    str | None,
+    Header(alias="If-None-Match", pattern=r"^\*$", description="*: only where there is none"),
+]
 
 
 class Refit(Strict):
     """Which cameras are calibrated again."""
 
     cameras: Annotated[list[CameraId], Value(min_length=1, max_length=100)] | None = Value(
-        None, description="by default all cameras whose active calibration is older than the field change")
+        None,
+        description="by default all cameras whose active calibration is older than the field change",
+    )
 
 
 @router.get("", response_model=PlayingFields)
@@ -66,14 +76,21 @@ def read_field(services: ServicesDep, name: Id) -> Json:
 
 
 @router.put("/{name}", response_model=PlayingField)
-async def save_own_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()],
-                         if_match: IfMatch = None, if_none_match: OnlyNew = None) -> Json:
+async def save_own_field(
+    services: ServicesDep,
+    name: Id,
+    body: Annotated[dict[str, Any], Body()],
+    if_match: IfMatch = None,
+    if_none_match: OnlyNew = None,
+) -> Json:
     """Create or change a field of your own; those that come with Touchline cannot be changed.
 
     With If-Match only if nobody has changed it since: else 412, with `current`. With If-None-Match: * only if there is
     none of that name: else 409. A refusal's `entry` says which entry is wrong, such as "lines[3].to".
     """
-    field = await services.run_in_thread(save_field, services, name, body, if_match, if_none_match is not None)
+    field = await services.run_in_thread(
+        save_field, services, name, body, if_match, if_none_match is not None
+    )
     for camera in await services.run_in_thread(simulated, services, name):
         await services.live.forget(camera)
         services.live.refresh(camera)
@@ -91,10 +108,14 @@ def delete_own_field(services: ServicesDep, name: Id, if_match: IfMatch = None) 
 
 
 @router.get("/{name}/export/{format}", response_class=Response, responses=EXPORTED)
-def export_field(services: ServicesDep, name: Id, format: Literal["json", "ssl-vision"]) -> Response:
+def export_field(
+    services: ServicesDep, name: Id, format: Literal["json", "ssl-vision"]
+) -> Response:
     """Return the field as a file: JSON, or a geometry packet of the league without cameras, in whole millimetres."""
     data, media_type, suffix = write_field(services.fields[name], format)
-    return Response(data, media_type=media_type, headers={"Content-Disposition": attachment(f"{name}{suffix}")})
+    return Response(
+        data, media_type=media_type, headers={"Content-Disposition": attachment(f"{name}{suffix}")}
+    )
 
 
 @router.post("/read", response_model=PlayingField, openapi_extra={"requestBody": upload()})
@@ -164,12 +185,16 @@ async def add_seen_lines(request: Request, services: ServicesDep, body: Calibrat
     calibration = await services.run_in_thread(services.store.calibrations.get, body.calibration)
     snapshot = body.snapshot or calibration.snapshot
     if snapshot is None:
-        raise Conflict(say("field.no-image", "This calibration has no image."), "Select an image with snapshot.",
-                       reason="no-picture")
+        raise Conflict(
+            say("field.no-image", "This calibration has no image."),
+            "Select an image with snapshot.",
+            reason="no-picture",
+        )
     field = field_from_json(body.field)
 
     def look(progress: Progress) -> Json:
         return Json(seen_field(services.frame(snapshot).pixels, calibration, field, progress))
+
     return await services.process_picture(calibration.image_size, look, request.is_disconnected)
 
 
@@ -190,7 +215,12 @@ async def propose_field(request: Request, services: ServicesDep, body: Uncalibra
     snapshot = await services.run_in_thread(services.store.snapshots.get, body.snapshot)
 
     def look(progress: Progress) -> Json:
-        return Json(proposed_field(services.frame(body.snapshot).pixels, body.length_mm, body.width_mm, progress))
+        return Json(
+            proposed_field(
+                services.frame(body.snapshot).pixels, body.length_mm, body.width_mm, progress
+            )
+        )
+
     return await services.process_picture(snapshot.size, look, request.is_disconnected)
 
 
@@ -203,16 +233,26 @@ def refit_field(services: ServicesDep, caller: CallerDep, name: Id, body: Refit)
     outdated = outdated_calibrations(services, field)
     known = {calibration.camera for calibration in outdated}
     if unknown := set(body.cameras or ()) - known:
-        raise BadInput(f"The active calibration of {sorted(unknown)[0]} matches this field.",
-                       f"Use {', '.join(sorted(map(str, known))) or 'none: all calibrations match the field'}.",
-                       reason="unknown-camera")
-    chosen = [one.to_json() for one in outdated if body.cameras is None or one.camera in body.cameras]
+        raise BadInput(
+            f"The active calibration of {sorted(unknown)[0]} matches this field.",
+            f"Use {', '.join(sorted(map(str, known))) or 'none: all calibrations match the field'}.",
+            reason="unknown-camera",
+        )
+    chosen = [
+        one.to_json() for one in outdated if body.cameras is None or one.camera in body.cameras
+    ]
     if not chosen:
-        raise Conflict(say("field.all-match", "All active calibrations match the field."),
-                       say("field.no-new-versions", "No new versions are needed."), reason="nothing-to-refit")
+        raise Conflict(
+            say("field.all-match", "All active calibrations match the field."),
+            say("field.no-new-versions", "No new versions are needed."),
+            reason="nothing-to-refit",
+        )
     spec = {"calibrations": chosen, "rectangles": {}, "field": field.to_json()}
-    return accepted(services.jobs.start("field-refit", run_refit, spec, "calibrations", {"by": caller.name},
-                                        caller=caller))
+    return accepted(
+        services.jobs.start(
+            "field-refit", run_refit, spec, "calibrations", {"by": caller.name}, caller=caller
+        )
+    )
 
 
 def _shown(services: Services, field: Field) -> Json:

@@ -58,17 +58,29 @@ class SeenField(TypedDict):
     added: list[str]
 
 
-def seen_field(pixels: NDArray[np.uint8], calibration: Calibration, field: Field,
-               progress: Progress = no_progress) -> SeenField:
+def seen_field(
+    pixels: NDArray[np.uint8],
+    calibration: Calibration,
+    field: Field,
+    progress: Progress = no_progress,
+) -> SeenField:
     """Add the lines and circles that the picture shows; Conflict for a picture of another size.
 
     The calibration says where the carpet is; it may be one of another field in the same place, such as the borders
     alone.
     """
     if (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
-        raise Conflict(say("image.other-size-in-pixels", "The image is {width} × {height}; the calibration is for "
-                           "{wanted}.", width=pixels.shape[1], height=pixels.shape[0], wanted=calibration.image_size),
-                       say("image.take-that-size", "Take an image of that size."), reason="size-mismatch")
+        raise Conflict(
+            say(
+                "image.other-size-in-pixels",
+                "The image is {width} × {height}; the calibration is for {wanted}.",
+                width=pixels.shape[1],
+                height=pixels.shape[0],
+                wanted=calibration.image_size,
+            ),
+            say("image.take-that-size", "Take an image of that size."),
+            reason="size-mismatch",
+        )
     progress(0.0, DETECTING_LINES)
     model, chains = model_of(calibration), painted_lines(opencv.to_grey(pixels)).chains
     progress(0.7, say("progress.measuring-lines", "Measuring lines"))
@@ -123,22 +135,39 @@ class Straight:
 def with_seen(field: Field, chains: Iterable[Points]) -> tuple[Field, tuple[str, ...]]:
     """Return the field with what the chains show and it does not have, and the names of that, the longest first."""
     far = np.array([field.length_mm, field.width_mm]) / 2 + MAX_BESIDE_MM
-    inside = sorted((places for places in chains if (np.abs(places) < far).all()), key=len, reverse=True)
+    inside = sorted(
+        (places for places in chains if (np.abs(places) < far).all()), key=len, reverse=True
+    )
     pieces = [piece for places in inside for piece in _pieces(places)][:MAX_PIECES]
-    arcs = [arc for arc in _arcs(pieces, min(far)) if not any(_is_arc(arc, known) for known in field.arcs.values())]
+    arcs = [
+        arc
+        for arc in _arcs(pieces, min(far))
+        if not any(_is_arc(arc, known) for known in field.arcs.values())
+    ]
     on_arcs = (*field.arcs.values(), *arcs)
-    straight = [piece for piece in map(Straight.through, pieces)
-                if piece.rms_mm < MAX_OFF_MM and not _lies_on(piece, on_arcs)]
-    lines = [line for line in _merged(straight)
-             if line.length_mm > MIN_LENGTH_MM and line.painted_share > MIN_PAINTED and not _lies_on(line, on_arcs)
-             and not any(_is_line(line, known) for known in field.lines.values())]
+    straight = [
+        piece
+        for piece in map(Straight.through, pieces)
+        if piece.rms_mm < MAX_OFF_MM and not _lies_on(piece, on_arcs)
+    ]
+    lines = [
+        line
+        for line in _merged(straight)
+        if line.length_mm > MIN_LENGTH_MM
+        and line.painted_share > MIN_PAINTED
+        and not _lies_on(line, on_arcs)
+        and not any(_is_line(line, known) for known in field.lines.values())
+    ]
     seen: list[Line | Arc] = [*_upright(field, lines), *arcs]
     named: dict[str, Line | Arc] = {}
     for marking in sorted(seen, key=lambda one: -one.length_mm)[:MAX_ADDED]:
         name = _free_name(field, named, "line" if isinstance(marking, Line) else "circle")
         named[name] = replace(marking, name=name)
-    return replace(field, lines={**field.lines, **{n: m for n, m in named.items() if isinstance(m, Line)}},
-                   arcs={**field.arcs, **{n: m for n, m in named.items() if isinstance(m, Arc)}}), tuple(named)
+    return replace(
+        field,
+        lines={**field.lines, **{n: m for n, m in named.items() if isinstance(m, Line)}},
+        arcs={**field.arcs, **{n: m for n, m in named.items() if isinstance(m, Arc)}},
+    ), tuple(named)
 
 
 def _merged(pieces: Sequence[Straight]) -> list[Straight]:
@@ -151,7 +180,9 @@ def _merged(pieces: Sequence[Straight]) -> list[Straight]:
             if found is None:
                 merged.append(piece)
             else:
-                merged[found] = Straight.through(np.concatenate([merged[found].places, piece.places]))
+                merged[found] = Straight.through(
+                    np.concatenate([merged[found].places, piece.places])
+                )
         if len(merged) == len(waiting):
             return merged
         waiting = sorted(merged, key=lambda piece: -piece.length_mm)
@@ -170,12 +201,16 @@ def _pieces(places: Points) -> list[Points]:
 def _arcs(pieces: Sequence[Points], largest_mm: float) -> list[Arc]:
     """Fit circles to bent pieces, and one to all pieces that lie on the same."""
     bent = (_circle(places) for places in pieces if Straight.through(places).rms_mm >= MAX_OFF_MM)
-    waiting = sorted((arc for arc in bent if arc is not None and MIN_RADIUS_MM < arc.radius_mm < largest_mm),
-                     key=lambda arc: -arc.length_mm)
+    waiting = sorted(
+        (arc for arc in bent if arc is not None and MIN_RADIUS_MM < arc.radius_mm < largest_mm),
+        key=lambda arc: -arc.length_mm,
+    )
     found: list[Arc] = []
     while waiting:
         first = waiting[0]
-        on_first = [places for places in pieces if _circle_distance_mm(places, first).max() < MAX_BESIDE_MM]
+        on_first = [
+            places for places in pieces if _circle_distance_mm(places, first).max() < MAX_BESIDE_MM
+        ]
         arc = _circle(np.concatenate(on_first)) or first
         if arc.length_mm > MIN_LENGTH_MM and arc.end_deg - arc.start_deg > MIN_ARC_DEG:
             found.append(arc)
@@ -217,9 +252,14 @@ def _is_arc(one: Arc, known: Arc) -> bool:
 
 def _is_line(piece: Straight, line: Line) -> bool:
     """Tell whether a piece lies on a line that the field has."""
-    low, high = np.minimum(line.start, line.end) - MAX_JOIN_MM, np.maximum(line.start, line.end) + MAX_JOIN_MM
+    low, high = (
+        np.minimum(line.start, line.end) - MAX_JOIN_MM,
+        np.maximum(line.start, line.end) + MAX_JOIN_MM,
+    )
     on = np.linalg.norm(line.nearest(piece.places) - piece.places, axis=1) < MAX_KNOWN_MM
-    return bool(np.mean(on & ((piece.places >= low) & (piece.places <= high)).all(axis=1)) > MIN_ON_LINE)
+    return bool(
+        np.mean(on & ((piece.places >= low) & (piece.places <= high)).all(axis=1)) > MIN_ON_LINE
+    )
 
 
 def _lies_on(piece: Straight, arcs: Iterable[Arc]) -> bool:
@@ -229,19 +269,27 @@ def _lies_on(piece: Straight, arcs: Iterable[Arc]) -> bool:
 
 def _upright(field: Field, pieces: Sequence[Straight]) -> list[Line]:
     """Return pieces as lines: along the field's axes where they nearly are, from the line they begin at to the last."""
-    width = float(np.median([line.width_mm for line in field.lines.values()])) if field.lines else USUAL_WIDTH_MM
+    width = (
+        float(np.median([line.width_mm for line in field.lines.values()]))
+        if field.lines
+        else USUAL_WIDTH_MM
+    )
     lines = []
     for piece in pieces:
         low, high = piece.span
         ends = [piece.middle + at * piece.along for at in (low, high)]
         for axis in (0, 1):
             if abs(piece.along[axis]) > MIN_PARALLEL_COSINE:
-                ends = [np.array([end[0], piece.middle[1]] if axis == 0 else [piece.middle[0], end[1]])
-                        for end in ends]
+                ends = [
+                    np.array([end[0], piece.middle[1]] if axis == 0 else [piece.middle[0], end[1]])
+                    for end in ends
+                ]
         lines.append(Line("", _point(ends[0]), _point(ends[1]), width))
     others = [*field.lines.values(), *lines]
-    return [replace(line, start=_joined(line.start, line, others), end=_joined(line.end, line, others))
-            for line in lines]
+    return [
+        replace(line, start=_joined(line.start, line, others), end=_joined(line.end, line, others))
+        for line in lines
+    ]
 
 
 def _joined(end: Point, line: Line, others: Iterable[Line]) -> Point:
@@ -250,7 +298,10 @@ def _joined(end: Point, line: Line, others: Iterable[Line]) -> Point:
     for other in others:
         foot = other.nearest(np.asarray(end))
         distance_mm = float(np.linalg.norm(foot - end))
-        low, high = np.minimum(other.start, other.end) - MAX_JOIN_MM, np.maximum(other.start, other.end) + MAX_JOIN_MM
+        low, high = (
+            np.minimum(other.start, other.end) - MAX_JOIN_MM,
+            np.maximum(other.start, other.end) + MAX_JOIN_MM,
+        )
         crosses = abs(float(other.tangents(foot) @ line.tangents(foot))) < MAX_CROSSING_COSINE
         is_on_other = (foot >= low).all() and (foot <= high).all()
         if other is not line and crosses and distance_mm < nearest_mm and is_on_other:

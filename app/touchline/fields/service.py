@@ -22,7 +22,9 @@ def write_field(field: Field, format: str) -> tuple[bytes, str, str]:
     if format == "json":
         text = json.dumps(field.to_json(), indent=1, allow_nan=False, ensure_ascii=False)
         return text.encode(), "application/json", ".json"
-    packet = SSL_WrapperPacket(geometry=SSL_GeometryData(field=field_to_wire(field)), source=SSL_Source.OTHER)
+    packet = SSL_WrapperPacket(
+        geometry=SSL_GeometryData(field=field_to_wire(field)), source=SSL_Source.OTHER
+    )
     return encode(packet), ssl_vision.FORMAT.media_type, ssl_vision.FORMAT.suffix
 
 
@@ -51,7 +53,11 @@ class PlayingField(FieldJson):
 
 def field_json(services: Services, field: Field) -> PlayingField:
     own = services.fields.is_own(field.name)
-    is_shipped = not own and field.name in services.fields and field.title == services.fields[field.name].title
+    is_shipped = (
+        not own
+        and field.name in services.fields
+        and field.title == services.fields[field.name].title
+    )
     title = named(f"field.{field.name}", field.title) if is_shipped else field.title
     shown: PlayingField = {**field.to_json(), "title": title, "own": own}
     return stated(shown)
@@ -60,5 +66,8 @@ def field_json(services: Services, field: Field) -> PlayingField:
 def outdated_calibrations(services: Services, field: Field) -> list[Calibration]:
     """List the active calibrations that the field's changes have made wrong."""
     now = field.to_json()
-    return [calibration for calibration in services.cameras.active_calibrations()
-            if calibration.field["name"] == field.name and calibration.field_changes(now)]
+    return [
+        calibration
+        for calibration in services.cameras.active_calibrations()
+        if calibration.field["name"] == field.name and calibration.field_changes(now)
+    ]

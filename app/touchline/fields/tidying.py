@@ -32,17 +32,35 @@ def tidied(field: Field) -> Field:
     Lines that run along neither axis go. What stands around the outermost lines as a frame, such as a wall, goes too.
     """
     half = (field.length_mm / 2, field.width_mm / 2)
-    upright = [_balanced(line) for line in field.lines.values()
-               if line.start[0] == line.end[0] or line.start[1] == line.end[1]]
+    upright = [
+        _balanced(line)
+        for line in field.lines.values()
+        if line.start[0] == line.end[0] or line.start[1] == line.end[1]
+    ]
     straight = _joined(symmetric(upright), half)
     bent = [_on_axis(arc) for arc in symmetric([_about_middle(arc) for arc in field.arcs.values()])]
     half, straight = _without_frame(straight, bent, half)
-    lines = {name: replace(line, name=name)
-             for name, line in zip(_unique(_line_names(straight, bent, half), "line"), straight, strict=True)}
-    arcs = {name: replace(arc, name=name)
-            for name, arc in zip(_unique([_arc_name(arc, half) for arc in bent], "circle"), bent, strict=True)}
-    return replace(field, length_mm=2 * half[0], width_mm=2 * half[1], lines=lines, arcs=arcs,
-                   landmarks=_landmarks(half, lines, arcs), regions=_regions(half))
+    lines = {
+        name: replace(line, name=name)
+        for name, line in zip(
+            _unique(_line_names(straight, bent, half), "line"), straight, strict=True
+        )
+    }
+    arcs = {
+        name: replace(arc, name=name)
+        for name, arc in zip(
+            _unique([_arc_name(arc, half) for arc in bent], "circle"), bent, strict=True
+        )
+    }
+    return replace(
+        field,
+        length_mm=2 * half[0],
+        width_mm=2 * half[1],
+        lines=lines,
+        arcs=arcs,
+        landmarks=_landmarks(half, lines, arcs),
+        regions=_regions(half),
+    )
 
 
 def _balanced(line: Line) -> Line:
@@ -62,10 +80,20 @@ def _about_middle(arc: Arc) -> Arc:
     return replace(arc, centre=(0.0, 0.0), start_deg=0.0, end_deg=360.0) if is_middle else arc
 
 
-def _without_frame(lines: Sequence[Line], arcs: Sequence[Arc], half: Point) -> tuple[Point, list[Line]]:
+def _without_frame(
+    lines: Sequence[Line], arcs: Sequence[Arc], half: Point
+) -> tuple[Point, list[Line]]:
     """Return half the sides of the smallest rectangle of lines that only a frame lies around, and the lines in it."""
-    along = {line.start[1]: line.end[0] for line in lines if line.start[1] == line.end[1] > 0 > line.start[0]}
-    across = {line.start[0]: line.end[1] for line in lines if line.start[0] == line.end[0] > 0 > line.start[1]}
+    along = {
+        line.start[1]: line.end[0]
+        for line in lines
+        if line.start[1] == line.end[1] > 0 > line.start[0]
+    }
+    across = {
+        line.start[0]: line.end[1]
+        for line in lines
+        if line.start[0] == line.end[0] > 0 > line.start[1]
+    }
     for x, y in sorted((x, y) for x in across for y in along):
         inner = [line for line in lines if not (_is_beyond(line, 0, x) or _is_beyond(line, 1, y))]
         frame = [line for line in lines if _is_beyond(line, 0, x) or _is_beyond(line, 1, y)]
@@ -73,10 +101,15 @@ def _without_frame(lines: Sequence[Line], arcs: Sequence[Arc], half: Point) -> t
         is_large = x > MIN_FRAMED * half[0] and y > MIN_FRAMED * half[1]
         # a short line out there is no frame
         is_around = all(line.length_mm > MIN_FRAMED * min(half) for line in frame)
-        has_arcs = all(abs(arc.centre[0]) <= x + MAX_JOIN_MM and abs(arc.centre[1]) <= y + MAX_JOIN_MM for arc in arcs)
+        has_arcs = all(
+            abs(arc.centre[0]) <= x + MAX_JOIN_MM and abs(arc.centre[1]) <= y + MAX_JOIN_MM
+            for arc in arcs
+        )
         if is_closed and is_large and is_around and has_arcs:
-            clipped = [replace(line, start=_clipped(line.start, (x, y)), end=_clipped(line.end, (x, y)))
-                       for line in inner]
+            clipped = [
+                replace(line, start=_clipped(line.start, (x, y)), end=_clipped(line.end, (x, y)))
+                for line in inner
+            ]
             return (x, y), [line for line in clipped if line.length_mm > MAX_JOIN_MM]
     return half, list(lines)
 
@@ -92,31 +125,72 @@ def _clipped(place: Point, half: Point) -> Point:
 
 def scaled(field: Field, factor: float) -> Field:
     """Return the field so many times as large, in whole millimetres."""
+
     def mm(value: float) -> float:
         return round(value * factor) + 0.0
 
     def pair(values: Point) -> Point:
         return mm(values[0]), mm(values[1])
+
     return replace(
-        field, length_mm=2 * mm(field.length_mm / 2), width_mm=2 * mm(field.width_mm / 2),
-        lines={name: replace(line, start=pair(line.start), end=pair(line.end), width_mm=max(mm(line.width_mm), 1.0))
-               for name, line in field.lines.items()},
-        arcs={name: replace(arc, centre=pair(arc.centre), radius_mm=mm(arc.radius_mm),
-                            width_mm=max(mm(arc.width_mm), 1.0)) for name, arc in field.arcs.items()},
-        landmarks={name: Landmark(name, pair(mark.position)) for name, mark in field.landmarks.items()},
-        regions={name: Region(name, pair(region.x_mm), pair(region.y_mm)) for name, region in field.regions.items()})
+        field,
+        length_mm=2 * mm(field.length_mm / 2),
+        width_mm=2 * mm(field.width_mm / 2),
+        lines={
+            name: replace(
+                line,
+                start=pair(line.start),
+                end=pair(line.end),
+                width_mm=max(mm(line.width_mm), 1.0),
+            )
+            for name, line in field.lines.items()
+        },
+        arcs={
+            name: replace(
+                arc,
+                centre=pair(arc.centre),
+                radius_mm=mm(arc.radius_mm),
+                width_mm=max(mm(arc.width_mm), 1.0),
+            )
+            for name, arc in field.arcs.items()
+        },
+        landmarks={
+            name: Landmark(name, pair(mark.position)) for name, mark in field.landmarks.items()
+        },
+        regions={
+            name: Region(name, pair(region.x_mm), pair(region.y_mm))
+            for name, region in field.regions.items()
+        },
+    )
 
 
 def _joined(lines: Sequence[Line], half: Point) -> list[Line]:
     """Return lines that end on the lines that they all but reach, and lie on an axis that is as near."""
-    levels = [sorted({0.0, *(sign * half[axis] for sign in (-1, 1)), *(
-        line.start[axis] for line in lines if line.start[axis] == line.end[axis])}) for axis in (0, 1)]
+    levels = [
+        sorted(
+            {
+                0.0,
+                *(sign * half[axis] for sign in (-1, 1)),
+                *(line.start[axis] for line in lines if line.start[axis] == line.end[axis]),
+            }
+        )
+        for axis in (0, 1)
+    ]
 
     def near(value: float, axis: int) -> float:
         fixed = [0.0, half[axis], -half[axis]]  # before what was measured
-        return next((level for level in [*fixed, *levels[axis]] if abs(level - value) < MAX_JOIN_MM), value)
-    return [replace(line, start=(near(line.start[0], 0), near(line.start[1], 1)),
-                    end=(near(line.end[0], 0), near(line.end[1], 1))) for line in lines]
+        return next(
+            (level for level in [*fixed, *levels[axis]] if abs(level - value) < MAX_JOIN_MM), value
+        )
+
+    return [
+        replace(
+            line,
+            start=(near(line.start[0], 0), near(line.start[1], 1)),
+            end=(near(line.end[0], 0), near(line.end[1], 1)),
+        )
+        for line in lines
+    ]
 
 
 def _on_axis(arc: Arc) -> Arc:
@@ -134,7 +208,11 @@ def _line_names(lines: Sequence[Line], arcs: Sequence[Arc], half: Point) -> list
         x, y = abs(line.start[0]), line.end[1]
         is_front = line.start[0] == line.end[0] and 0 < x < half[0] and line.start[1] == -y
         return (x, y) if is_front and (is_round or (x, y) in side_starts) else None
-    fronts = sorted({front for line in lines if (front := front_of(line)) is not None}, key=lambda front: -front[1])
+
+    fronts = sorted(
+        {front for line in lines if (front := front_of(line)) is not None},
+        key=lambda front: -front[1],
+    )
     # the wider one first
     stems = (DEFENCE, GOAL_AREA) if len(fronts) > 1 or is_round else (GOAL_AREA,)
     stem_of = dict(zip(fronts, stems, strict=False))
@@ -178,10 +256,17 @@ def _unique(names: Sequence[str], stem: str) -> list[str]:
     return result
 
 
-def _landmarks(half: Point, lines: Mapping[str, Line], arcs: Mapping[str, Arc]) -> dict[str, Landmark]:
+def _landmarks(
+    half: Point, lines: Mapping[str, Line], arcs: Mapping[str, Arc]
+) -> dict[str, Landmark]:
     x, y = half
-    places = {"centre": (0.0, 0.0), "corner-top-left": (-x, y), "corner-top-right": (x, y),
-              "corner-bottom-left": (-x, -y), "corner-bottom-right": (x, -y)}
+    places = {
+        "centre": (0.0, 0.0),
+        "corner-top-left": (-x, y),
+        "corner-top-right": (x, y),
+        "corner-bottom-left": (-x, -y),
+        "corner-bottom-right": (x, -y),
+    }
     if "halfway-line" in lines:
         places |= {"halfway-top": (0.0, y), "halfway-bottom": (0.0, -y)}
     if circle := arcs.get("centre-circle"):
@@ -193,9 +278,15 @@ def _regions(half: Point) -> dict[str, Region]:
     """Return the areas of a field that one, two or four cameras see."""
     whole = [(-side, side) for side in half]
     low, high = [(-side, 0.0) for side in half], [(0.0, side) for side in half]
-    sides = {"full": whole, "half-left": (low[0], whole[1]), "half-right": (high[0], whole[1]),
-             "quarter-bottom-left": low, "quarter-top-left": (low[0], high[1]),
-             "quarter-bottom-right": (high[0], low[1]), "quarter-top-right": high}
+    sides = {
+        "full": whole,
+        "half-left": (low[0], whole[1]),
+        "half-right": (high[0], whole[1]),
+        "quarter-bottom-left": low,
+        "quarter-top-left": (low[0], high[1]),
+        "quarter-bottom-right": (high[0], low[1]),
+        "quarter-top-right": high,
+    }
     return {name: Region(name, (xs[0], xs[1]), (ys[0], ys[1])) for name, (xs, ys) in sides.items()}
 
 
@@ -210,7 +301,9 @@ def symmetric(markings: Sequence[Marking]) -> list[Marking]:
         members = [each for each, of in zip(waiting, alike, strict=True) if of]
         waiting = [each for each, of in zip(waiting, alike, strict=True) if not of]
         distinct = _distinct_images(_mean([image for of in alike for image in of]))
-        count_seen = sum(any(_distance_mm(image, each) < SAME_MM for each in members) for image in distinct)
+        count_seen = sum(
+            any(_distance_mm(image, each) < SAME_MM for each in members) for image in distinct
+        )
         if 2 * count_seen >= len(distinct):
             result.extend(distinct)
     return result
@@ -249,8 +342,14 @@ def _distance_mm(one: Line | Arc, other: Line | Arc) -> float:
     """Return how far two markings of a kind lie apart; arcs by centre, radius and middle, as ends may be hidden."""
     if isinstance(one, Line) or isinstance(other, Line):
         return float(np.abs(one.sample(2) - other.sample(2)).max())
-    of_circles = np.abs(np.subtract((*one.centre, one.radius_mm), (*other.centre, other.radius_mm))).max()
-    of_middles = 0.0 if is_circle(one) or is_circle(other) else np.linalg.norm(one.sample(3)[1] - other.sample(3)[1])
+    of_circles = np.abs(
+        np.subtract((*one.centre, one.radius_mm), (*other.centre, other.radius_mm))
+    ).max()
+    of_middles = (
+        0.0
+        if is_circle(one) or is_circle(other)
+        else np.linalg.norm(one.sample(3)[1] - other.sample(3)[1])
+    )
     return float(max(of_circles, of_middles / 2))
 
 
@@ -266,7 +365,10 @@ def _mean(alike: Sequence[Marking]) -> Marking:
         start, end = np.mean([one.sample(2) for one in alike], axis=0)
         return replace(first, start=as_pair(start), end=as_pair(end))
     longest = max(alike, key=lambda arc: arc.end_deg - arc.start_deg)
-    centre, radius = np.mean([arc.centre for arc in alike], axis=0), float(np.mean([arc.radius_mm for arc in alike]))
+    centre, radius = (
+        np.mean([arc.centre for arc in alike], axis=0),
+        float(np.mean([arc.radius_mm for arc in alike])),
+    )
     middle = np.mean([arc.sample(3)[1] - arc.centre for arc in alike], axis=0)
     half = (longest.end_deg - longest.start_deg) / 2
     at = float(np.degrees(np.arctan2(middle[1], middle[0])))

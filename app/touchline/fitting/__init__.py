@@ -16,17 +16,20 @@ from touchline.models import CameraModel
 
 __all__ = ["FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"]
 
-FITTERS: Registry[type[Fitter]] = Registry("camera model", {
-    # four border curves, then the relation to mm
-    "polynomial": "touchline.fitting.polynomial:PolynomialFitter",
-    # normalised DLT, then distances in pixels
-    "homography": "touchline.fitting.homography:HomographyFitter",
-    # ray cameras: linear start, robust refinement
-    "division": "touchline.fitting.ray_camera.fit:DivisionFitter",
-    "brown-conrady": "touchline.fitting.ray_camera.fit:BrownConradyFitter",
-    "fisheye": "touchline.fitting.ray_camera.fit:FisheyeFitter",
-    "ssl": "touchline.fitting.ray_camera.fit:SslFitter",
-})
+FITTERS: Registry[type[Fitter]] = Registry(
+    "camera model",
+    {
+        # four border curves, then the relation to mm
+        "polynomial": "touchline.fitting.polynomial:PolynomialFitter",
+        # normalised DLT, then distances in pixels
+        "homography": "touchline.fitting.homography:HomographyFitter",
+        # ray cameras: linear start, robust refinement
+        "division": "touchline.fitting.ray_camera.fit:DivisionFitter",
+        "brown-conrady": "touchline.fitting.ray_camera.fit:BrownConradyFitter",
+        "fisheye": "touchline.fitting.ray_camera.fit:FisheyeFitter",
+        "ssl": "touchline.fitting.ray_camera.fit:SslFitter",
+    },
+)
 
 
 def sensitivity_of(model: CameraModel) -> Sensitivity | None:

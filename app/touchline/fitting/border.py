@@ -61,8 +61,15 @@ class _Solved:
     hat: Array
 
 
-def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, float], border: str | None, *,
-              robust: bool = True) -> CurveFit:
+def fit_curve(
+    position: Array,
+    value: Array,
+    degree: Degree,
+    span: tuple[float, float],
+    border: str | None,
+    *,
+    robust: bool = True,
+) -> CurveFit:
     """Fit a border; choose the degree by leave-one-out error if it is "auto".
 
     position, value: (n,) px. span: where the positions' axis begins and ends, px; t runs from -1 to 1 over it.
@@ -95,21 +102,44 @@ def _check_points(position: Array, value: Array, degree: Degree, border: str | N
     line = the_border(border)
     begin = capitalised(line)
     if position.size < least:
-        what = (say("degree.auto", "an automatic degree") if degree == "auto"
-                else say("degree.given", "degree {degree}", degree=degree))
+        what = (
+            say("degree.auto", "an automatic degree")
+            if degree == "auto"
+            else say("degree.given", "degree {degree}", degree=degree)
+        )
         points, missing = position.size, least - position.size
         raise FitFailed(
-            say("refused.border-one-point", "{line} has 1 point; {what} requires {least}.", line=begin, what=what,
-                least=least) if points == 1 else
-            say("refused.border-few-points", "{line} has {n} points; {what} requires {least}.", line=begin, n=points,
-                what=what, least=least),
-            say("refused.one-more.fix", "Mark 1 more point on {line}.", line=line) if missing == 1 else
-            say("refused.more.fix", "Mark {n} more points on {line}.", n=missing, line=line),
-            reason="too-few-points", feature=border)
+            say(
+                "refused.border-one-point",
+                "{line} has 1 point; {what} requires {least}.",
+                line=begin,
+                what=what,
+                least=least,
+            )
+            if points == 1
+            else say(
+                "refused.border-few-points",
+                "{line} has {n} points; {what} requires {least}.",
+                line=begin,
+                n=points,
+                what=what,
+                least=least,
+            ),
+            say("refused.one-more.fix", "Mark 1 more point on {line}.", line=line)
+            if missing == 1
+            else say("refused.more.fix", "Mark {n} more points on {line}.", n=missing, line=line),
+            reason="too-few-points",
+            feature=border,
+        )
     if np.ptp(position) < 10:
-        raise FitFailed(say("refused.not-spread", "The points of {line} are not spread along it.", line=line),
-                        say("refused.not-spread.fix", "Mark points along its whole length, also near both ends."),
-                        reason="collinear-points", feature=border)
+        raise FitFailed(
+            say("refused.not-spread", "The points of {line} are not spread along it.", line=line),
+            say(
+                "refused.not-spread.fix", "Mark points along its whole length, also near both ends."
+            ),
+            reason="collinear-points",
+            feature=border,
+        )
 
 
 def _solve(t: Array, value: Array, degree: int) -> _Solved:
@@ -117,10 +147,18 @@ def _solve(t: Array, value: Array, degree: int) -> _Solved:
     diagonal = np.abs(np.diag(r))
     if diagonal.min() < 1e-9 * diagonal.max():
         raise FitFailed(
-            say("refused.degree", "The points do not determine a curve of degree {degree}: too many have the same "
-                                  "position.", degree=degree),
-            say("refused.degree.fix", "Spread the points along the border, or choose a lower degree."),
-            reason="collinear-points")
+            say(
+                "refused.degree",
+                "The points do not determine a curve of degree {degree}: too many have the same "
+                "position.",
+                degree=degree,
+            ),
+            say(
+                "refused.degree.fix",
+                "Spread the points along the border, or choose a lower degree.",
+            ),
+            reason="collinear-points",
+        )
     coefficients = np.linalg.solve(r, q.T @ value)
     residuals = value - q @ (q.T @ value)
     return _Solved(coefficients, residuals, np.einsum("ij,ij->i", q, q), q)
@@ -160,7 +198,9 @@ def _inliers(t: Array, value: Array, degree: int) -> Mask:
     while (~keep).sum() < spare:
         inside = np.flatnonzero(keep)
         solved = _solve(t[inside], value[inside], degree)
-        worst = _worst_outliers(solved, degree, pairs=inside.size <= MAX_PAIRS and spare - (~keep).sum() >= 2)
+        worst = _worst_outliers(
+            solved, degree, pairs=inside.size <= MAX_PAIRS and spare - (~keep).sum() >= 2
+        )
         if not len(worst):
             break
         keep[inside[worst]] = False
@@ -175,20 +215,30 @@ def _worst_outliers(solved: _Solved, degree: int, pairs: bool) -> Indices:
     gain = np.where(free > 1e-6, solved.residuals**2 / np.maximum(free, 1e-6), 0.0)
     rss = float(np.sum(solved.residuals**2))
     best = int(np.argmax(gain))
-    one = _beyond_chance(gain[best], abs(solved.residuals[best]) / max(free[best], 1e-6), rss, n - degree - 2)
+    one = _beyond_chance(
+        gain[best], abs(solved.residuals[best]) / max(free[best], 1e-6), rss, n - degree - 2
+    )
     if n > MAX_PAIRS and one:  # many points: take all that are as bad at once
-        return np.flatnonzero((gain > 0.25 * gain[best]) & (np.abs(solved.residuals) > MIN_OUTLIER_PX))
+        return np.flatnonzero(
+            (gain > 0.25 * gain[best]) & (np.abs(solved.residuals) > MIN_OUTLIER_PX)
+        )
     if pairs:
         h = solved.hat @ solved.hat.T
         i, j = np.triu_indices(n, 1)
         a, d, b = free[i], free[j], -h[i, j]
         det = a * d - b * b
         ri, rj = solved.residuals[i], solved.residuals[j]
-        both = np.where(det > 1e-6, (d * ri**2 - 2 * b * ri * rj + a * rj**2) / np.maximum(det, 1e-6), 0.0)
+        both = np.where(
+            det > 1e-6, (d * ri**2 - 2 * b * ri * rj + a * rj**2) / np.maximum(det, 1e-6), 0.0
+        )
         k = int(np.argmax(both))
-        ei, ej = (d[k] * ri[k] - b[k] * rj[k]) / max(det[k], 1e-6), (a[k] * rj[k] - b[k] * ri[k]) / max(det[k], 1e-6)
-        if (_beyond_chance(both[k] / 2, min(abs(ei), abs(ej)), rss - both[k] / 2, n - degree - 3)
-                and (not one or both[k] > 2 * gain[best])):
+        ei, ej = (
+            (d[k] * ri[k] - b[k] * rj[k]) / max(det[k], 1e-6),
+            (a[k] * rj[k] - b[k] * ri[k]) / max(det[k], 1e-6),
+        )
+        if _beyond_chance(
+            both[k] / 2, min(abs(ei), abs(ej)), rss - both[k] / 2, n - degree - 3
+        ) and (not one or both[k] > 2 * gain[best]):
             return np.array([i[k], j[k]])
     return np.array([best]) if one else np.array([], int)
 
@@ -224,10 +274,23 @@ def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, Sentence,
 
     def as_good(d: int) -> bool:
         worse = errors_px[d] ** 2 - errors_px[best] ** 2
-        return rms_px[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(worse.size)
+        return rms_px[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(
+            worse.size
+        )
 
     degree = next(d for d in rms_px if d == best or as_good(d))
-    listed = [say("degree.error", "degree {degree} {px:.2f} px", degree=d, px=error) for d, error in rms_px.items()
-              if abs(d - degree) <= 1 or d == best]
-    return degree, say("degree.automatic", "Chosen: the lowest degree whose leave-one-out error is not significantly "
-                       "worse than the best ({errors}).", errors=listed), outliers[degree]
+    listed = [
+        say("degree.error", "degree {degree} {px:.2f} px", degree=d, px=error)
+        for d, error in rms_px.items()
+        if abs(d - degree) <= 1 or d == best
+    ]
+    return (
+        degree,
+        say(
+            "degree.automatic",
+            "Chosen: the lowest degree whose leave-one-out error is not significantly "
+            "worse than the best ({errors}).",
+            errors=listed,
+        ),
+        outliers[degree],
+    )

@@ -19,55 +19,120 @@ DEFAULT_RECTANGLES = 10  # between the far apart borders, unless the rig says ot
 MAX_CORRECTED_PX = 50e6
 
 RECTANGLE_OPTIONS: tuple[Option, ...] = (
-    Option("w_max_rectangle_px", "float", None,
-           "Width of the widest calibration rectangle; the same for all cameras of a rig. Empty: from the field and "
-           "the image.",
-           (1, 10_000), "px"),
-    Option("h_max_rectangle_px", "float", None, "Height of the highest calibration rectangle.", (1, 10_000), "px"),
-    Option("n_rectangles_x", "int", None, "Rectangles between the left and the right border.", (1, 1000)),
-    Option("n_rectangles_y", "int", None, "Rectangles between the top and the bottom border.", (1, 1000)),
+    Option(
+        "w_max_rectangle_px",
+        "float",
+        None,
+        "Width of the widest calibration rectangle; the same for all cameras of a rig. Empty: from the field and "
+        "the image.",
+        (1, 10_000),
+        "px",
+    ),
+    Option(
+        "h_max_rectangle_px",
+        "float",
+        None,
+        "Height of the highest calibration rectangle.",
+        (1, 10_000),
+        "px",
+    ),
+    Option(
+        "n_rectangles_x",
+        "int",
+        None,
+        "Rectangles between the left and the right border.",
+        (1, 1000),
+    ),
+    Option(
+        "n_rectangles_y",
+        "int",
+        None,
+        "Rectangles between the top and the bottom border.",
+        (1, 1000),
+    ),
 )
 
-LINE_SIGMA = Option("line_sigma_mm", "float", None,
-                    "How far the painted lines may be from their nominal position. Empty: estimated from the image, "
-                    "starting from the field's own value; 0 treats them as exact.",
-                    (0, 200), "mm")
+LINE_SIGMA = Option(
+    "line_sigma_mm",
+    "float",
+    None,
+    "How far the painted lines may be from their nominal position. Empty: estimated from the image, "
+    "starting from the field's own value; 0 treats them as exact.",
+    (0, 200),
+    "mm",
+)
 CLICK_SIGMAS_PX = (0.01, 20)
-CLICK_SIGMA = Option("click_sigma_px", "float", None, "How accurate the points are. Empty: estimated from the points.",
-                     CLICK_SIGMAS_PX, "px")
+CLICK_SIGMA = Option(
+    "click_sigma_px",
+    "float",
+    None,
+    "How accurate the points are. Empty: estimated from the points.",
+    CLICK_SIGMAS_PX,
+    "px",
+)
 COMMON_OPTIONS: tuple[Option, ...] = (
     *RECTANGLE_OPTIONS,
     Option("robust", "bool", True, "List outliers and exclude them from the fit."),
 )
 
 RAY_OPTIONS: tuple[Option, ...] = (
-    Option("height_mm", "value-and-sigma", None,
-           "The measured camera height above the carpet, and its uncertainty. It separates focal length and height.",
-           (100, 50_000), "mm"),
-    Option("lens", "calibration", None,
-           "A calibration or board calibration whose lens is used; the field determines the pose."),
-    Option("lens_sigma", "choice", None, "0 fixes that lens; own allows its own uncertainty.",
-           choices=("0", "own")),
+    Option(
+        "height_mm",
+        "value-and-sigma",
+        None,
+        "The measured camera height above the carpet, and its uncertainty. It separates focal length and height.",
+        (100, 50_000),
+        "mm",
+    ),
+    Option(
+        "lens",
+        "calibration",
+        None,
+        "A calibration or board calibration whose lens is used; the field determines the pose.",
+    ),
+    Option(
+        "lens_sigma",
+        "choice",
+        None,
+        "0 fixes that lens; own allows its own uncertainty.",
+        choices=("0", "own"),
+    ),
     LINE_SIGMA,
     CLICK_SIGMA,
-    Option("centre_sigma_px", "float", None,
-           "How far the principal point may be from the image centre. Empty: 1.2 % of the width; 0 fixes it there.",
-           (0, 500), "px"),
-    Option("aspect_sigma", "float", None,
-           "How far the pixel aspect ratio may be from 1. Empty: 0.002, or 0 for SSL; 0 fixes it.", (0, 0.2), ""),
+    Option(
+        "centre_sigma_px",
+        "float",
+        None,
+        "How far the principal point may be from the image centre. Empty: 1.2 % of the width; 0 fixes it there.",
+        (0, 500),
+        "px",
+    ),
+    Option(
+        "aspect_sigma",
+        "float",
+        None,
+        "How far the pixel aspect ratio may be from 1. Empty: 0.002, or 0 for SSL; 0 fixes it.",
+        (0, 0.2),
+        "",
+    ),
     *COMMON_OPTIONS,
 )
 
-TERMS_OPTION = Option("terms", "terms-or-auto", "auto",
-                      "Which terms to estimate; auto uses the terms that the points support.")
+TERMS_OPTION = Option(
+    "terms",
+    "terms-or-auto",
+    "auto",
+    "Which terms to estimate; auto uses the terms that the points support.",
+)
 
 SAME_PLACE_PX = 0.5  # two clicks closer than this are one
 MAX_CLICKED = 1000  # more come from a detector, whose spacing is its own
 DRAG = say("warning.outlier.fix", "Drag it onto the line, or remove it.")
 
 
-def corrected_rectangle(settings: Mapping[str, Any], region: Region,
-                        image_size: ImageSize) -> tuple[float, float, int, int]:
+def corrected_rectangle(
+    settings: Mapping[str, Any], region: Region, image_size: ImageSize
+) -> tuple[float, float, int, int]:
     """Return I_width and I_height with their numbers of rectangles, Eq. (3) and (7).
 
     Defaults depend on the field and the picture size alone, never on the clicks, so that cameras of one rig agree:
@@ -75,16 +140,26 @@ def corrected_rectangle(settings: Mapping[str, Any], region: Region,
     """
     longer = max(region.width_mm, region.height_mm)
     n_x = settings["n_rectangles_x"] or max(1, round(DEFAULT_RECTANGLES * region.width_mm / longer))
-    n_y = settings["n_rectangles_y"] or max(1, round(DEFAULT_RECTANGLES * region.height_mm / longer))
+    n_y = settings["n_rectangles_y"] or max(
+        1, round(DEFAULT_RECTANGLES * region.height_mm / longer)
+    )
     px_per_mm = min(image_size.width / region.width_mm, image_size.height / region.height_mm)
     w_max, h_max = settings["w_max_rectangle_px"], settings["h_max_rectangle_px"]
     width = w_max * n_x if w_max else round(region.width_mm * px_per_mm)  # Eq. (3)
     height = h_max * n_y if h_max else round(region.height_mm * px_per_mm)  # Eq. (7)
-    if width < 16 or height < 16 or width > 16000 or height > 16000 or width * height > MAX_CORRECTED_PX:
-        raise BadInput(f"The corrected image would be {width:.0f} × {height:.0f} px.",
-                       "Choose sizes and numbers of rectangles that result in 16 to 16 000 px per side and at most 50 "
-                       "megapixels.",
-                       reason="bad-corrected-size")
+    if (
+        width < 16
+        or height < 16
+        or width > 16000
+        or height > 16000
+        or width * height > MAX_CORRECTED_PX
+    ):
+        raise BadInput(
+            f"The corrected image would be {width:.0f} × {height:.0f} px.",
+            "Choose sizes and numbers of rectangles that result in 16 to 16 000 px per side and at most 50 "
+            "megapixels.",
+            reason="bad-corrected-size",
+        )
     return float(width), float(height), n_x, n_y
 
 
@@ -126,8 +201,15 @@ class Fitter(ABC):
 
     @classmethod
     @abstractmethod
-    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+    def fit(
+        cls,
+        observations: Observations,
+        field: Field,
+        region: Region,
+        image_size: ImageSize,
+        options: Mapping[str, Any] | None = None,
+        progress: Progress = no_progress,
+    ) -> Fit:
         """Find the parameters; FitFailed says what is missing."""
 
     @classmethod
@@ -158,10 +240,21 @@ def check_inside_picture(observations: Observations, image_size: ImageSize) -> N
         outside = np.flatnonzero(~inside_picture(o.points, image_size, -1))
         if outside.size:
             x, y = o.points[outside[0]]
-            raise FitFailed(say("refused.outside", "Point {n} of {line}, ({x:.6g}, {y:.6g}), is outside the image of "
-                                "{size}.", n=int(outside[0]) + 1, line=o.label, x=x, y=y, size=str(image_size)),
-                            say("refused.outside.fix", "Remove it, or choose the image that it belongs to."),
-                            reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
+            raise FitFailed(
+                say(
+                    "refused.outside",
+                    "Point {n} of {line}, ({x:.6g}, {y:.6g}), is outside the image of {size}.",
+                    n=int(outside[0]) + 1,
+                    line=o.label,
+                    x=x,
+                    y=y,
+                    size=str(image_size),
+                ),
+                say("refused.outside.fix", "Remove it, or choose the image that it belongs to."),
+                reason="outside-picture",
+                feature=str(o.feature),
+                index=int(outside[0]),
+            )
 
 
 def inlier_masks(observations: Observations, owners: Indices, inliers: Mask) -> tuple[Mask, ...]:
@@ -172,28 +265,63 @@ def inlier_masks(observations: Observations, owners: Indices, inliers: Mask) -> 
     masks = tuple(np.ones(len(o.points), bool) for o in observations)
     for (i, k), fine in zip(owners, inliers, strict=True):
         masks[i][k] = fine
-    return tuple(mask[first_of_each_place(o.points)] for mask, o in zip(masks, observations, strict=True))
+    return tuple(
+        mask[first_of_each_place(o.points)] for mask, o in zip(masks, observations, strict=True)
+    )
 
 
-def outlier_warnings(observations: Observations, owners: Indices, inliers: Mask, pixels: Array) -> list[Warning]:
+def outlier_warnings(
+    observations: Observations, owners: Indices, inliers: Mask, pixels: Array
+) -> list[Warning]:
     """Return a warning for each click that was left out; pixels: how far off it is."""
-    return [outlier_warning(observations, i, k, say("outlier.predicted", "is {px:.1f} px from its predicted position",
-                                                    px=abs(px)))
-            for (i, k), fine, px in zip(owners, inliers, pixels, strict=True) if not fine]
+    return [
+        outlier_warning(
+            observations,
+            i,
+            k,
+            say("outlier.predicted", "is {px:.1f} px from its predicted position", px=abs(px)),
+        )
+        for (i, k), fine, px in zip(owners, inliers, pixels, strict=True)
+        if not fine
+    ]
 
 
-def outlier_warning(observations: Observations, i: int, k: int, where: Sentence, fix: Sentence = DRAG) -> Warning:
+def outlier_warning(
+    observations: Observations, i: int, k: int, where: Sentence, fix: Sentence = DRAG
+) -> Warning:
     """Return the warning for point k of observation i; where: what is wrong with it, as a verb."""
     observation = observations[i]
-    return Warning("stray-click", say("warning.outlier", "Point {n} of {line} {where} and was excluded from the fit.",
-                                      n=int(k) + 1, line=observation.label, where=where), fix,
-                   str(observation.feature), int(k))
+    return Warning(
+        "stray-click",
+        say(
+            "warning.outlier",
+            "Point {n} of {line} {where} and was excluded from the fit.",
+            n=int(k) + 1,
+            line=observation.label,
+            where=where,
+        ),
+        fix,
+        str(observation.feature),
+        int(k),
+    )
 
 
 def elevated_point_warnings(observations: Observations, who: Sentence) -> list[Warning]:
     """Return a warning for each observation that a model without rays cannot use; who: "a homography"."""
-    return [Warning("above-the-carpet", say(
-        "warning.above-carpet", "The points on {line} are {mm:g} mm above the carpet. {who} describes only the carpet, "
-        "so they were excluded.", line=o.label, mm=o.z_mm, who=who), say(
-        "warning.above-carpet.fix", "Fit a physical lens model to use them."), str(o.feature))
-            for o in observations if o.z_mm != 0 and len(o.points)]
+    return [
+        Warning(
+            "above-the-carpet",
+            say(
+                "warning.above-carpet",
+                "The points on {line} are {mm:g} mm above the carpet. {who} describes only the carpet, "
+                "so they were excluded.",
+                line=o.label,
+                mm=o.z_mm,
+                who=who,
+            ),
+            say("warning.above-carpet.fix", "Fit a physical lens model to use them."),
+            str(o.feature),
+        )
+        for o in observations
+        if o.z_mm != 0 and len(o.points)
+    ]

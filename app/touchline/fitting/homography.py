@@ -36,7 +36,13 @@ from touchline.fitting.linear import (
 )
 from touchline.fitting.ray_camera.fit import line_priors, line_sigma_mm
 from touchline.fitting.ray_camera.problem import ClickResiduals, gather_clicks, line_incidences
-from touchline.fitting.ray_camera.search import MAX_OUTLIER_SHARE, RayFitProblem, RayFitResult, residual_count, solve
+from touchline.fitting.ray_camera.search import (
+    MAX_OUTLIER_SHARE,
+    RayFitProblem,
+    RayFitResult,
+    residual_count,
+    solve,
+)
 from touchline.fitting.sensitivity import HomographyParameters, ParameterSensitivity
 from touchline.models import CameraModel, parameters_json
 from touchline.models.homography import Homography
@@ -47,23 +53,35 @@ SUSPECT_PX = 10.0  # a click this far off may have distorted the linear estimate
 MAX_SIGMA_SHARE = 0.1  # of the region's shorter side: a corner known no better is not known
 
 
-
 class HomographyFitter(Fitter):
     MODEL: ClassVar[type[CameraModel]] = Homography
     OPTIONS: ClassVar[tuple[Option, ...]] = (LINE_SIGMA, CLICK_SIGMA, *COMMON_OPTIONS)
 
     @classmethod
     def points_needed(cls) -> str:
-        return ("8 points on four lines, two in each direction (a landmark counts for 2). Nine on each of the four are "
-                "recommended.")
+        return (
+            "8 points on four lines, two in each direction (a landmark counts for 2). Nine on each of the four are "
+            "recommended."
+        )
 
     @classmethod
     def sensitivity(cls, model: CameraModel) -> Sensitivity | None:
-        return ParameterSensitivity(HomographyParameters.of(model)) if isinstance(model, Homography) else None
+        return (
+            ParameterSensitivity(HomographyParameters.of(model))
+            if isinstance(model, Homography)
+            else None
+        )
 
     @classmethod
-    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+    def fit(
+        cls,
+        observations: Observations,
+        field: Field,
+        region: Region,
+        image_size: ImageSize,
+        options: Mapping[str, Any] | None = None,
+        progress: Progress = no_progress,
+    ) -> Fit:
         """Fit to points anywhere along lines and arcs, and to landmarks.
 
         Options: OPTIONS; "start" (parameters), which begins near a known answer, with its "start_lines_mm" (offsets
@@ -74,50 +92,96 @@ class HomographyFitter(Fitter):
         settings = read_options(cls.OPTIONS, given)
         check_inside_picture(observations, image_size)
         flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
-        problem = gather_clicks(flat, field, region, with_offsets=line_sigma_mm(settings, field) > 0)
+        problem = gather_clicks(
+            flat, field, region, with_offsets=line_sigma_mm(settings, field) > 0
+        )
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
         progress(0.1, "Fitting the homography")
         if start is None:
-            begin = _initial_parameters(problem, line_incidences(flat, field, region), region, image_size)
+            begin = _initial_parameters(
+                problem, line_incidences(flat, field, region), region, image_size
+            )
         else:
-            begin = replace(HomographyParameters.of(Homography.from_parameters(start)),
-                            offsets_mm=problem.offsets_mm(lines))
+            begin = replace(
+                HomographyParameters.of(Homography.from_parameters(start)),
+                offsets_mm=problem.offsets_mm(lines),
+            )
         whole, visible = problem, _visible(problem, begin, settings["robust"])
         problem = whole.only(visible)
         rows = residual_count(problem)
         if rows < MIN_ROWS:
             raise FitFailed(
-                say("refused.measurements", "There are {n} measurements; the homography has {unknowns} unknowns.",
-                    n=rows, unknowns=MIN_ROWS),
-                say("refused.measurements.fix", "Mark at least {n} more points.", n=MIN_ROWS - rows),
-                reason="too-few-points")
+                say(
+                    "refused.measurements",
+                    "There are {n} measurements; the homography has {unknowns} unknowns.",
+                    n=rows,
+                    unknowns=MIN_ROWS,
+                ),
+                say(
+                    "refused.measurements.fix", "Mark at least {n} more points.", n=MIN_ROWS - rows
+                ),
+                reason="too-few-points",
+            )
         priors, usual_line_mm = line_priors(problem, settings, field, learned)
         names = begin.names
         progress(0.4, "Refining")
-        task = RayFitProblem(problem, priors, np.ones(len(names), bool), names, line_sigma_mm(settings, field),
-                             usual_line_mm=usual_line_mm)
+        task = RayFitProblem(
+            problem,
+            priors,
+            np.ones(len(names), bool),
+            names,
+            line_sigma_mm(settings, field),
+            usual_line_mm=usual_line_mm,
+        )
         found = solve(task, begin, settings, noise_known=learned is not None)
         state = found.minimum.state
         _refuse_impossible(found, region)
-        model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
-                           n_rectangles_y=n_y, region=region, image_size=image_size)
+        model = Homography(
+            **state.parameters(),
+            width_px=width_px,
+            height_px=height_px,
+            n_rectangles_x=n_x,
+            n_rectangles_y=n_y,
+            region=region,
+            image_size=image_size,
+        )
         inlier = visible.copy()
         inlier[visible] = found.inliers
         inliers = inlier_masks(observations, whole.owners, inlier)
-        notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": found.parameters,
-                 **found.offset_notes,
-                 "choices": {"start": parameters_json(model), **found.choices}}
-        warnings = (*outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
-                    *(outlier_warning(observations, i, k, say(
-                        "outlier.horizon", "is beyond the horizon of the other points"))
-                      for i, k in whole.owners[~visible]),
-                    *elevated_point_warnings(observations, say("who.homography", "a homography")))
-        return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
-                   covariance=found.covariance, parameter_names=names)
+        notes = {
+            "click_sigma_px": found.sigma_px,
+            "degrees_of_freedom": found.freedom,
+            "parameters": found.parameters,
+            **found.offset_notes,
+            "choices": {"start": parameters_json(model), **found.choices},
+        }
+        warnings = (
+            *outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
+            *(
+                outlier_warning(
+                    observations,
+                    i,
+                    k,
+                    say("outlier.horizon", "is beyond the horizon of the other points"),
+                )
+                for i, k in whole.owners[~visible]
+            ),
+            *elevated_point_warnings(observations, say("who.homography", "a homography")),
+        )
+        return Fit(
+            model,
+            inliers,
+            tuple(o.z_mm == 0 for o in observations),
+            warnings,
+            notes,
+            covariance=found.covariance,
+            parameter_names=names,
+        )
 
 
-def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Region,
-                        image_size: ImageSize) -> HomographyParameters:
+def _initial_parameters(
+    problem: ClickResiduals, lines: Incidences, region: Region, image_size: ImageSize
+) -> HomographyParameters:
     """Return the linear estimate; where a click is far off, the best of many estimates from ten random clicks each."""
     centre = np.array(image_size.centre)
     clicked = homogeneous(lines.pixels)
@@ -125,13 +189,17 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
     def linear(which: Indices) -> Array:
         some = Incidences(lines.pixels[which], lines.lines[which])
         found = homography_from_lines(some, centre, bends=np.zeros(1))
-        return found.field_from_plane @ np.array([[1, 0, -centre[0]], [0, 1, -centre[1]], [0, 0, 1.0]])
+        return found.field_from_plane @ np.array(
+            [[1, 0, -centre[0]], [0, 1, -centre[1]], [0, 0, 1.0]]
+        )
 
     def misses(field_from_raw: Array) -> Array:
         """Return pixels (n,) from each click to the image of its line."""
         projected = lines.lines @ field_from_raw
         with np.errstate(all="ignore"):
-            miss = np.abs(np.sum(projected * clicked, axis=1)) / np.linalg.norm(projected[:, :2], axis=1)
+            miss = np.abs(np.sum(projected * clicked, axis=1)) / np.linalg.norm(
+                projected[:, :2], axis=1
+            )
         return np.where(np.isfinite(miss), miss, np.inf)
 
     rows = len(clicked)
@@ -153,7 +221,9 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
     if refusal is not None and not views:
         raise refusal
     best = min(views, key=lambda view: float(np.sum(np.minimum(misses(view), SUSPECT_PX))))
-    return HomographyParameters.seeing(np.asarray(np.linalg.inv(best), np.float64), region, len(problem.offset_names))
+    return HomographyParameters.seeing(
+        np.asarray(np.linalg.inv(best), np.float64), region, len(problem.offset_names)
+    )
 
 
 def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool) -> Mask:
@@ -161,17 +231,26 @@ def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool)
     problem.places = np.empty(0)
     r, _ = problem.residuals(state)
     finite = np.isfinite(r)
-    visible = np.concatenate([finite[:problem.curves], finite[problem.curves:].reshape(-1, 2).all(axis=1)])
-    return visible if robust and (~visible).sum() <= MAX_OUTLIER_SHARE * visible.size else np.ones_like(visible)
+    visible = np.concatenate(
+        [finite[: problem.curves], finite[problem.curves :].reshape(-1, 2).all(axis=1)]
+    )
+    return (
+        visible
+        if robust and (~visible).sum() <= MAX_OUTLIER_SHARE * visible.size
+        else np.ones_like(visible)
+    )
 
 
 def _refuse_impossible(found: RayFitResult[HomographyParameters], region: Region) -> None:
     """Raise FitFailed for a mirrored or an undetermined view: both have small residuals."""
     state = found.minimum.state
-    corners = region.field_from_region(np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]]) *
-                                       [region.width_mm, region.height_mm])
+    corners = region.field_from_region(
+        np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]]) * [region.width_mm, region.height_mm]
+    )
     jacobian = found.minimum.jacobian
-    spread = np.linalg.svd(jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300), compute_uv=False)
+    spread = np.linalg.svd(
+        jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300), compute_uv=False
+    )
     with np.errstate(all="ignore"):
         _, by_point, by = state.project_jacobian(with_z(corners))
         if spread[-1] > 1e-10 * spread[0] and np.isfinite(by).all():
@@ -186,8 +265,14 @@ def _refuse_impossible(found: RayFitResult[HomographyParameters], region: Region
     if not sigma_mm[worst] < MAX_SIGMA_SHARE * min(region.width_mm, region.height_mm):
         corner = f"{('top', 'bottom')[worst // 2]} {('left', 'right')[worst % 2]}"
         raise FitFailed(
-            say(f"refused.corner-{corner.replace(' ', '-')}", "The marked lines do not determine the position of the "
-                f"field in the image: its {corner} corner is uncertain by {{mm:.3g}} mm.", mm=sigma_mm[worst]),
-            MORE_LINES, reason="lines-not-enough")
+            say(
+                f"refused.corner-{corner.replace(' ', '-')}",
+                "The marked lines do not determine the position of the "
+                f"field in the image: its {corner} corner is uncertain by {{mm:.3g}} mm.",
+                mm=sigma_mm[worst],
+            ),
+            MORE_LINES,
+            reason="lines-not-enough",
+        )
     if np.linalg.det(state.raw_from_unit) * np.linalg.det(state.unit_from_field) > 0:
         raise mirrored_error()

@@ -70,13 +70,20 @@ class MotionField:
         if not isinstance(self.model, RayCamera):
             return self._similar(places)
         steps = STEP_PX * np.eye(4)
-        return np.stack([(self.shifts(places, s) - self.shifts(places, -s)) / (2 * STEP_PX) for s in steps], axis=-1)
+        return np.stack(
+            [(self.shifts(places, s) - self.shifts(places, -s)) / (2 * STEP_PX) for s in steps],
+            axis=-1,
+        )
 
     def _similar(self, places: Points) -> Array:
         """Return B of a shift right, a shift down, a turn and growth."""
-        x, y = np.moveaxis((np.asarray(places) - (np.array(self.size) - 1) / 2) / self._unit_px, -1, 0)
+        x, y = np.moveaxis(
+            (np.asarray(places) - (np.array(self.size) - 1) / 2) / self._unit_px, -1, 0
+        )
         one, none = np.ones_like(x), np.zeros_like(x)
-        return np.stack([np.stack([one, none, -y, x], axis=-1), np.stack([none, one, x, y], axis=-1)], axis=-2)
+        return np.stack(
+            [np.stack([one, none, -y, x], axis=-1), np.stack([none, one, x, y], axis=-1)], axis=-2
+        )
 
 
 def estimate_motion(across: Array, off_px: Array, sigma_px: Array) -> ImageMotion:
@@ -86,7 +93,11 @@ def estimate_motion(across: Array, off_px: Array, sigma_px: Array) -> ImageMotio
         q, _ = _solve(across, off_px, sigma_px, weight)
         ratio = _deviations(across @ q, off_px, sigma_px)[0] / TUKEY
         # From mild to strict: the first estimate may be pulled by a robot's edge.
-        new = np.where(ratio < 1, (1 - ratio**2) ** 2, 0.0) if step > 1 else 1 / np.maximum(ratio * TUKEY, 1.0)
+        new = (
+            np.where(ratio < 1, (1 - ratio**2) ** 2, 0.0)
+            if step > 1
+            else 1 / np.maximum(ratio * TUKEY, 1.0)
+        )
         settled = step > 3 and np.abs(new - weight).max() < 1e-3
         weight = new
         if settled:
@@ -136,10 +147,20 @@ class RegionSamples:
         model = flow.model
         raw = raw_from_field(model, field_places)
         raw = raw[inside_picture(raw, ImageSize(*flow.size), 0)]
-        right, left, down, up = (field_from_raw(model, raw + np.array([dx, dy]))
-                                 for dx, dy in ((0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5)))
-        scale, linear, field = np.stack([right - left, down - up], axis=-1), flow.at(raw), field_from_raw(model, raw)
-        fine = np.isfinite(scale).all(axis=(1, 2)) & np.isfinite(linear).all(axis=(1, 2)) & np.isfinite(field).all(1)
+        right, left, down, up = (
+            field_from_raw(model, raw + np.array([dx, dy]))
+            for dx, dy in ((0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5))
+        )
+        scale, linear, field = (
+            np.stack([right - left, down - up], axis=-1),
+            flow.at(raw),
+            field_from_raw(model, raw),
+        )
+        fine = (
+            np.isfinite(scale).all(axis=(1, 2))
+            & np.isfinite(linear).all(axis=(1, 2))
+            & np.isfinite(field).all(1)
+        )
         return cls(flow, raw[fine], field[fine], linear[fine], scale[fine]) if fine.any() else None
 
     def measure(self, motion: ImageMotion) -> MotionSize:
@@ -147,6 +168,14 @@ class RegionSamples:
         mm = field_from_raw(self.flow.model, self.raw + shift) - self.field
         spread = self.linear @ motion.covariance @ self.linear.transpose(0, 2, 1)
         spread_mm = self.mm_per_px @ spread @ self.mm_per_px.transpose(0, 2, 1)
-        return MotionSize(*(float(np.nan_to_num(np.nanpercentile(values, PERCENTILE))) for values in (
-            np.linalg.norm(shift, axis=1), np.linalg.norm(mm, axis=1),
-            np.sqrt(np.trace(spread, axis1=1, axis2=2)), np.sqrt(np.trace(spread_mm, axis1=1, axis2=2)))))
+        return MotionSize(
+            *(
+                float(np.nan_to_num(np.nanpercentile(values, PERCENTILE)))
+                for values in (
+                    np.linalg.norm(shift, axis=1),
+                    np.linalg.norm(mm, axis=1),
+                    np.sqrt(np.trace(spread, axis1=1, axis2=2)),
+                    np.sqrt(np.trace(spread_mm, axis1=1, axis2=2)),
+                )
+            )
+        )

@@ -35,9 +35,17 @@ class Minimum(Generic[State]):
     damping: float
 
 
-def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], move: Callable[[State, Array], State],
-             *, robust_rows: int = 0, max_steps: int = 60, tolerance: float = 1e-10,
-             damping: float = FIRST_DAMPING, first: tuple[Array, Array] | None = None) -> Minimum[State]:
+def minimise(
+    start: State,
+    evaluate: Callable[[State], tuple[Array, Array]],
+    move: Callable[[State, Array], State],
+    *,
+    robust_rows: int = 0,
+    max_steps: int = 60,
+    tolerance: float = 1e-10,
+    damping: float = FIRST_DAMPING,
+    first: tuple[Array, Array] | None = None,
+) -> Minimum[State]:
     """Find the state of least cost near start.
 
     evaluate(state) -> residuals (m,), jacobian (m, n), both in units of σ; non-finite residuals mark a state that is
@@ -81,7 +89,9 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
         ratio = (cost - new_cost) / predicted if predicted > 0 else 1.0
         enough = 0.1 * tolerance * cost + tolerance**2
         # a step too long for a bent valley gains nothing either, where a shorter one would
-        still = (cost - new_cost <= enough and predicted <= STANDING * enough) or np.abs(delta).max() < tolerance
+        still = (cost - new_cost <= enough and predicted <= STANDING * enough) or np.abs(
+            delta
+        ).max() < tolerance
         state, residuals, jacobian, cost = candidate, new_residuals, new_jacobian, new_cost
         if still:
             return Minimum(state, cost, residuals, jacobian, True, damping)
@@ -92,4 +102,6 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
 
 def _cost(residuals: Array, robust_rows: int) -> float:
     squared = residuals**2
-    return float(np.sum(2 * (np.sqrt(1 + squared[:robust_rows]) - 1)) + np.sum(squared[robust_rows:]))
+    return float(
+        np.sum(2 * (np.sqrt(1 + squared[:robust_rows]) - 1)) + np.sum(squared[robust_rows:])
+    )

@@ -18,9 +18,12 @@ from touchline.models.rotation import nearest_rotation
 BENDS = np.concatenate([[0.0], -np.geomspace(0.002, 1.2, 40), np.geomspace(0.002, 0.5, 20)])
 MIN_ROWS = 8
 NOT_DETERMINED = say(
-    "refused.lines", "The marked lines do not determine the position of the field in the image.")
+    "refused.lines", "The marked lines do not determine the position of the field in the image."
+)
 MORE_LINES = say(
-    "refused.lines.fix", "Mark points on at least four lines, two in each direction, along their whole length.")
+    "refused.lines.fix",
+    "Mark points on at least four lines, two in each direction, along their whole length.",
+)
 CHECK_LINES = say("refused.check-lines.fix", "Check the line of each point and the covered area.")
 DEGENERATE = 1e-7  # of the design matrix's largest singular value
 
@@ -49,7 +52,9 @@ def line_through(start: Array, end: Array) -> Array:
     return np.array([*normal, -normal @ start])
 
 
-def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = BENDS) -> PlaneEstimate:
+def homography_from_lines(
+    incidences: Incidences, centre: Array, bends: Array = BENDS
+) -> PlaneEstimate:
     """Return the homography and the one-term bend under which the clicks fall best on their lines.
 
     bends: values of k r², r the distance to the picture's furthest click, that are tried; (0,) leaves the lens out.
@@ -58,10 +63,19 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
     rows = len(incidences.pixels)
     if rows < MIN_ROWS:
         raise FitFailed(
-            say("refused.measurements", "There are {n} measurements; the homography has {unknowns} unknowns.", n=rows,
-                unknowns=MIN_ROWS),
-            say("refused.measurements.lines.fix", "Mark at least {n} more points, on four lines that are not all "
-                                                  "parallel.", n=MIN_ROWS - rows), reason="too-few-points")
+            say(
+                "refused.measurements",
+                "There are {n} measurements; the homography has {unknowns} unknowns.",
+                n=rows,
+                unknowns=MIN_ROWS,
+            ),
+            say(
+                "refused.measurements.lines.fix",
+                "Mark at least {n} more points, on four lines that are not all parallel.",
+                n=MIN_ROWS - rows,
+            ),
+            reason="too-few-points",
+        )
     about = incidences.pixels - centre
     reach = float(np.linalg.norm(about, axis=1).max())
     plane = about / reach
@@ -86,11 +100,19 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
     if flattened or values[best, 1] < DEGENERATE * values[best, -1]:
         raise FitFailed(NOT_DETERMINED, MORE_LINES, reason="lines-not-enough")
     if not np.isfinite(error[best]):
-        raise FitFailed(say("refused.behind", "No camera position matches the marked lines: some would be behind the "
-                                              "camera."), CHECK_LINES, reason="no-camera")
+        raise FitFailed(
+            say(
+                "refused.behind",
+                "No camera position matches the marked lines: some would be behind the camera.",
+            ),
+            CHECK_LINES,
+            reason="no-camera",
+        )
     field_from_plane = np.linalg.inv(unit) @ g[best] * np.sign(depth[best, 0])
     field_from_plane = field_from_plane @ np.diag([1 / reach, 1 / reach, 1.0])
-    return PlaneEstimate(field_from_plane, float(bends[best] / reach**2), float(error[best] * spots))
+    return PlaneEstimate(
+        field_from_plane, float(bends[best] / reach**2), float(error[best] * spots)
+    )
 
 
 def _normaliser(lines: Array) -> tuple[float, Array]:
@@ -98,7 +120,9 @@ def _normaliser(lines: Array) -> tuple[float, Array]:
     feet = -lines[:, :2] * lines[:, 2:]
     middle = feet.mean(axis=0)
     length = max(float(np.linalg.norm(feet - middle, axis=1).mean()), 1e-6)
-    return length, np.array([[1 / length, 0, -middle[0] / length], [0, 1 / length, -middle[1] / length], [0, 0, 1.0]])
+    return length, np.array(
+        [[1 / length, 0, -middle[0] / length], [0, 1 / length, -middle[1] / length], [0, 0, 1.0]]
+    )
 
 
 def focal_from_vanishing_points(plane_from_field: Array) -> float | None:
@@ -108,7 +132,9 @@ def focal_from_vanishing_points(plane_from_field: Array) -> float | None:
     same length: two equations in 1/f². Straight from above both points lie at infinity: undetermined.
     """
     h1, h2 = plane_from_field[:, 0], plane_from_field[:, 1]
-    by = np.array([h1[0] * h2[0] + h1[1] * h2[1], h1[0] ** 2 + h1[1] ** 2 - h2[0] ** 2 - h2[1] ** 2])
+    by = np.array(
+        [h1[0] * h2[0] + h1[1] * h2[1], h1[0] ** 2 + h1[1] ** 2 - h2[0] ** 2 - h2[1] ** 2]
+    )
     one = np.array([h1[2] * h2[2], h1[2] ** 2 - h2[2] ** 2])
     if not by @ by > 0:
         return None
@@ -123,7 +149,10 @@ def pose_from_homography(plane_from_field: Array, focal_px: float | Array) -> tu
     The camera stands above the carpet and the field before it; a mirrored homography gives no such pose: FitFailed.
     """
     focal = np.asarray(focal_px)[..., None]
-    columns = plane_from_field / np.concatenate([focal, focal, np.ones_like(focal, float)], axis=-1)[..., None]
+    columns = (
+        plane_from_field
+        / np.concatenate([focal, focal, np.ones_like(focal, float)], axis=-1)[..., None]
+    )
     lengths = np.linalg.norm(columns[..., :2], axis=-2)
     facing = np.where(columns[..., 2, 2] < 0, -1.0, 1.0)
     columns = columns * (facing / np.sqrt(lengths[..., 0] * lengths[..., 1]))[..., None, None]
@@ -136,9 +165,15 @@ def pose_from_homography(plane_from_field: Array, focal_px: float | Array) -> tu
 
 
 def mirrored_error() -> FitFailed:
-    return FitFailed(say("refused.mirrored", "The field is mirrored in the image."), say(
-        "refused.mirrored.fix", "Check which border is left and which is right. Flip a mirrored image before you use "
-                                "it."), reason="mirrored")
+    return FitFailed(
+        say("refused.mirrored", "The field is mirrored in the image."),
+        say(
+            "refused.mirrored.fix",
+            "Check which border is left and which is right. Flip a mirrored image before you use "
+            "it.",
+        ),
+        reason="mirrored",
+    )
 
 
 def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float, float]:
@@ -150,22 +185,34 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
     Raises FitFailed straight from above, where stage two is undetermined.
     """
     if len(pixels) < 5:
-        raise FitFailed(say("refused.two-stage", "The two-stage method requires five landmarks."),
-                        say("refused.two-stage.fix", "Mark more landmarks."), reason="too-few-points")
+        raise FitFailed(
+            say("refused.two-stage", "The two-stage method requires five landmarks."),
+            say("refused.two-stage.fix", "Mark more landmarks."),
+            reason="too-few-points",
+        )
     u, v = pixels[:, 0], pixels[:, 1]
     x, y = field_mm[:, 0], field_mm[:, 1]
     unit = max(float(np.abs(field_mm).max()), 1.0)
     design = np.stack([v * x / unit, v * y / unit, v, -u * x / unit, -u * y / unit], axis=1)
-    a1, a2, a3, a4, a5 = np.linalg.lstsq(design, u, rcond=None)[0] / np.array([unit, unit, 1, unit, unit])
+    a1, a2, a3, a4, a5 = np.linalg.lstsq(design, u, rcond=None)[0] / np.array(
+        [unit, unit, 1, unit, unit]
+    )
     c = np.array([[a1, a2], [a4, a5]])  # the rotation's upper left 2 × 2, divided by t_y
     square, det = float(np.sum(c**2)), float(np.linalg.det(c))
     if abs(det) < 1e-18:
-        raise FitFailed(say("refused.landmarks", "The landmarks are on one line."),
-                        say("refused.landmarks.fix", "Mark landmarks spread over the field."),
-                        reason="collinear-points")
+        raise FitFailed(
+            say("refused.landmarks", "The landmarks are on one line."),
+            say("refused.landmarks.fix", "Mark landmarks spread over the field."),
+            reason="collinear-points",
+        )
     t_y = np.sqrt((square - np.sqrt(max(square**2 - 4 * det**2, 0.0))) / (2 * det**2))
     furthest = int(np.argmax(u**2 + v**2))
-    signs = np.array([a1 * x[furthest] + a2 * y[furthest] + a3, a4 * x[furthest] + a5 * y[furthest] + 1]) * t_y
+    signs = (
+        np.array(
+            [a1 * x[furthest] + a2 * y[furthest] + a3, a4 * x[furthest] + a5 * y[furthest] + 1]
+        )
+        * t_y
+    )
     if signs @ np.array([u[furthest], v[furthest]]) < 0:
         t_y = -t_y
     r11, r12, r21, r22, t_x = a1 * t_y, a2 * t_y, a4 * t_y, a5 * t_y, a3 * t_y
@@ -181,11 +228,18 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
         rr = np.tile(u**2 + v**2, 2) / np.mean(u**2 + v**2)
         # seen · (depth + t_z) = f · side · (1 + k r_d²): linear in f, f·k and t_z
         design = np.stack([side, side * rr, -observed], axis=1)
-        (f, fk, t_z), _, rank, spread = np.linalg.lstsq(design, observed * np.tile(depth, 2), rcond=None)
+        (f, fk, t_z), _, rank, spread = np.linalg.lstsq(
+            design, observed * np.tile(depth, 2), rcond=None
+        )
         if rank == 3 and spread[-1] > 1e-9 * spread[0] and f > 0 and t_z > 0:
             translation = np.array([t_x, t_y, t_z])
             k1 = fk / f * f**2 / float(np.mean(u**2 + v**2))
             return rotation, -rotation.T @ translation, float(f), float(k1)
     raise FitFailed(
-        say("refused.height", "A camera that looks straight down cannot separate focal length and height."),
-        say("refused.height.fix", "Enter the camera height."), reason="height-unknown")
+        say(
+            "refused.height",
+            "A camera that looks straight down cannot separate focal length and height.",
+        ),
+        say("refused.height.fix", "Enter the camera height."),
+        reason="height-unknown",
+    )

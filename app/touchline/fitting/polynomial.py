@@ -49,7 +49,9 @@ class Relation(NamedTuple):
     outliers: set[Place]
 
 
-def relate(model: Polynomial, observations: Observations, field: Field, wanted: int | Literal["auto"]) -> Relation:
+def relate(
+    model: Polynomial, observations: Observations, field: Field, wanted: int | Literal["auto"]
+) -> Relation:
     """Fit the relation of a model whose borders are fitted.
 
     Landmarks give both coordinates; a line along or across the region gives one; arcs, slanted lines and points above
@@ -75,27 +77,50 @@ def relate(model: Polynomial, observations: Observations, field: Field, wanted: 
     degree = min(MAX_AUTO_DEGREE, levels - 1) if wanted == "auto" else wanted
     if degree > levels - 1:
         raise FitFailed(
-            say("refused.relation", "A relation of degree {degree} requires known points at {needed} heights inside "
-                                    "the field; there are {n}.", degree=degree, needed=degree - 1, n=levels - 2),
-            say("refused.relation.fix", "Mark landmarks or lines across the field, or choose degree 1."),
-            reason="too-few-points")
+            say(
+                "refused.relation",
+                "A relation of degree {degree} requires known points at {needed} heights inside "
+                "the field; there are {n}.",
+                degree=degree,
+                needed=degree - 1,
+                n=levels - 2,
+            ),
+            say(
+                "refused.relation.fix",
+                "Mark landmarks or lines across the field, or choose degree 1.",
+            ),
+            reason="too-few-points",
+        )
     (a, b), outliers_across = _fit_curve(across, 1)
     down_coefficients, outliers_down = _fit_curve(down, degree)
     slope = polynomial.polyval(np.linspace(0, 1, 64), polynomial.polyder(down_coefficients))
     if not (b > 0 and np.all(slope > 0)):
-        raise FitFailed(say("refused.order", "The known points are not in the correct order in the image."),
-                        say("refused.order.fix", "Check the landmark or line of each point."), reason="bad-order")
-    notes = {"degree": degree, "known_across": len(across), "known_down": len(down),
-             "reason": "Only the borders are known: linear in both directions." if not (across or down) else
-             f"{len(across)} known columns and {len(down)} known rows inside the field."}
+        raise FitFailed(
+            say("refused.order", "The known points are not in the correct order in the image."),
+            say("refused.order.fix", "Check the landmark or line of each point."),
+            reason="bad-order",
+        )
+    notes = {
+        "degree": degree,
+        "known_across": len(across),
+        "known_down": len(down),
+        "reason": "Only the borders are known: linear in both directions."
+        if not (across or down)
+        else f"{len(across)} known columns and {len(down)} known rows inside the field.",
+    }
     scale = region.width_mm / model.width_px
-    return Relation((float(a * region.width_mm), float(b * scale)),
-                    tuple(float(c * region.height_mm) for c in down_coefficients),
-                    notes, tuple(used), outliers_across | outliers_down)
+    return Relation(
+        (float(a * region.width_mm), float(b * scale)),
+        tuple(float(c * region.height_mm) for c in down_coefficients),
+        notes,
+        tuple(used),
+        outliers_across | outliers_down,
+    )
 
 
-def _known_coordinates(feature: Line | Arc | Landmark, observation: Observation,
-                       region: Region) -> tuple[bool, bool, float, float]:
+def _known_coordinates(
+    feature: Line | Arc | Landmark, observation: Observation, region: Region
+) -> tuple[bool, bool, float, float]:
     """Return whether a feature fixes u and v of the points on it, and their values."""
     if observation.z_mm != 0 or isinstance(feature, Arc):
         return False, False, 0.0, 0.0
@@ -141,11 +166,17 @@ class _Border:
 class PolynomialFitter(Fitter):
     MODEL: ClassVar[type[CameraModel]] = Polynomial
     OPTIONS: ClassVar[tuple[Option, ...]] = (
-        Option("degree", "int-or-auto", "auto", "Degree of the curve of each border.", (1, MAX_DEGREE)),
-        Option("relation_degree", "int-or-auto", "auto",
-               "Degree of the relation from corrected rows to millimetres; above 1 it requires known points inside the "
-               "field.",
-               (1, 5)),
+        Option(
+            "degree", "int-or-auto", "auto", "Degree of the curve of each border.", (1, MAX_DEGREE)
+        ),
+        Option(
+            "relation_degree",
+            "int-or-auto",
+            "auto",
+            "Degree of the relation from corrected rows to millimetres; above 1 it requires known points inside the "
+            "field.",
+            (1, 5),
+        ),
         *COMMON_OPTIONS,
     )
     NEEDS_EVERY_BORDER: ClassVar[bool] = True
@@ -155,22 +186,40 @@ class PolynomialFitter(Fitter):
         return "3 points on each of the four borders. Nine are recommended."
 
     @classmethod
-    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+    def fit(
+        cls,
+        observations: Observations,
+        field: Field,
+        region: Region,
+        image_size: ImageSize,
+        options: Mapping[str, Any] | None = None,
+        progress: Progress = no_progress,
+    ) -> Fit:
         """Fit to clicks on the four borders, and to known points inside where there are any.
 
         "degree" may also be a mapping with one entry a border. Landmarks and lines parallel to a border refine the
         relation to millimetres when there are enough of them; arcs and other lines only check.
         """
         degrees = _degrees(options)
-        settings = read_options(cls.OPTIONS, {k: v for k, v in (options or {}).items() if k != "degree"})
+        settings = read_options(
+            cls.OPTIONS, {k: v for k, v in (options or {}).items() if k != "degree"}
+        )
         borders = {name: _border_clicks(name, observations) for name in BORDERS}
         _check_clicks(borders, image_size)
         robust = settings["robust"]
         progress(0.1, "Fitting the left and right borders")
         rows = (-0.5, image_size.height - 0.5)
-        fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
-                                name, robust=robust) for name in ("left", "right")}
+        fits = {
+            name: fit_curve(
+                borders[name].points[:, 1],
+                borders[name].points[:, 0],
+                degrees[name],
+                rows,
+                name,
+                robust=robust,
+            )
+            for name in ("left", "right")
+        }
         clicked = np.concatenate([b.points[:, 1] for b in borders.values()])
         _refuse_crossing("left", "right", fits, (float(clicked.min()), float(clicked.max())))
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
@@ -185,20 +234,46 @@ class PolynomialFitter(Fitter):
         _refuse_crossing("top", "bottom", fits, (0.0, width_px))
 
         left, right, top, bottom = (fits[name].curve for name in BORDERS)
-        straight = Polynomial(left, right, top, bottom, width_px, height_px, n_x, n_y,
-                              (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
+        straight = Polynomial(
+            left,
+            right,
+            top,
+            bottom,
+            width_px,
+            height_px,
+            n_x,
+            n_y,
+            (0.0, region.width_mm / width_px),
+            (0.0, region.height_mm),
+            region,
+            image_size,
+        )
         x_c = np.linspace(0, width_px, 64)
-        _refuse_crossing("left", "right", fits, (float(straight.top(x_c).min()), float(straight.bottom(x_c).max())))
+        _refuse_crossing(
+            "left",
+            "right",
+            fits,
+            (float(straight.top(x_c).min()), float(straight.bottom(x_c).max())),
+        )
         progress(0.7, "Converting pixels to millimetres")
-        across, down, relation, used, mistaken = relate(straight, observations, field, settings["relation_degree"])
+        across, down, relation, used, mistaken = relate(
+            straight, observations, field, settings["relation_degree"]
+        )
         model = replace(straight, across_mm=across, down_mm=down)
         inliers = _inliers(observations, borders, fits, mistaken)
-        warnings = (*_outlier_warnings(observations, borders, fits, inliers),
-                    *_extrapolation_warnings(borders, fits, straight))
-        notes = {"degree": {n: {"degree": f.curve.degree, "reason": f.reason} for n, f in fits.items()},
-                 "held_out_px": {n: f.held_out_rms for n, f in fits.items()}, "relation": relation,
-                 "choices": {"degree": {n: f.curve.degree for n, f in fits.items()},
-                             "relation_degree": relation["degree"]}}
+        warnings = (
+            *_outlier_warnings(observations, borders, fits, inliers),
+            *_extrapolation_warnings(borders, fits, straight),
+        )
+        notes = {
+            "degree": {n: {"degree": f.curve.degree, "reason": f.reason} for n, f in fits.items()},
+            "held_out_px": {n: f.held_out_rms for n, f in fits.items()},
+            "relation": relation,
+            "choices": {
+                "degree": {n: f.curve.degree for n, f in fits.items()},
+                "relation_degree": relation["degree"],
+            },
+        }
         return Fit(model, inliers, used, warnings, notes)
 
 
@@ -208,8 +283,11 @@ def _degrees(options: Mapping[str, Any] | None) -> dict[str, Any]:
     if isinstance(degree, Mapping):
         unknown = set(degree) - set(BORDERS)
         if unknown:
-            raise BadInput(f"Unknown border: {sorted(map(str, unknown))[0]!r}.",
-                           f"Use one of: {', '.join(BORDERS)}.", reason="bad-option")
+            raise BadInput(
+                f"Unknown border: {sorted(map(str, unknown))[0]!r}.",
+                f"Use one of: {', '.join(BORDERS)}.",
+                reason="bad-option",
+            )
         return {name: option.read(degree.get(name)) for name in BORDERS}
     return dict.fromkeys(BORDERS, option.read(degree))
 
@@ -223,37 +301,77 @@ def _border_clicks(name: str, observations: Observations) -> _Border:
 def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None:
     for border in borders.values():
         if not len(border.points):
-            raise FitFailed(say("refused.no-points", "{line} has no points.",
-                                line=capitalised(the_border(border.name))),
-                            say("refused.no-points.fix", "Mark points along {line}.", line=the_border(border.name)),
-                            reason="too-few-points", feature=border.name)
+            raise FitFailed(
+                say(
+                    "refused.no-points",
+                    "{line} has no points.",
+                    line=capitalised(the_border(border.name)),
+                ),
+                say(
+                    "refused.no-points.fix",
+                    "Mark points along {line}.",
+                    line=the_border(border.name),
+                ),
+                reason="too-few-points",
+                feature=border.name,
+            )
         check_inside_picture((Observation(border.name, "line", border.points),), image_size)
     points = np.concatenate([b.points for b in borders.values()])
     spread = np.linalg.svd((points - points.mean(axis=0)) / np.sqrt(len(points)), compute_uv=False)
     # a rectangle's area
     if 12 * spread[0] * spread[1] < MIN_HULL_SHARE * image_size.width * image_size.height:
-        raise FitFailed(say("refused.one-line", "The points of all four borders are nearly on one line."),
-                        say("refused.one-line.fix", "Mark each border along its own line."), reason="collinear-points")
+        raise FitFailed(
+            say("refused.one-line", "The points of all four borders are nearly on one line."),
+            say("refused.one-line.fix", "Mark each border along its own line."),
+            reason="collinear-points",
+        )
 
 
-def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span: tuple[float, float]) -> None:
+def _refuse_crossing(
+    first: str, second: str, fits: Mapping[str, CurveFit], span: tuple[float, float]
+) -> None:
     position = np.linspace(*span, 256)
     gap = fits[second].curve(position) - fits[first].curve(position)
     if gap.max() <= 0:
         raise FitFailed(
-            say(f"refused.swapped.{first}", f"The {first} border is on the wrong side of the {second} border."),
-            say(f"refused.swapped-fix.{first}", f"Swap the points of the {first} and {second} borders, or rotate "
-                                                "the covered area."), reason="borders-swapped", feature=first)
+            say(
+                f"refused.swapped.{first}",
+                f"The {first} border is on the wrong side of the {second} border.",
+            ),
+            say(
+                f"refused.swapped-fix.{first}",
+                f"Swap the points of the {first} and {second} borders, or rotate the covered area.",
+            ),
+            reason="borders-swapped",
+            feature=first,
+        )
     if gap.min() < 0.02 * gap.max():
-        at, values = position[np.argmin(gap)], "near row" if first == "left" else "near corrected column"
+        at, values = (
+            position[np.argmin(gap)],
+            "near row" if first == "left" else "near corrected column",
+        )
         raise FitFailed(
-            say(f"refused.cross.{first}", f"The {first} and {second} borders cross {values} {{at:.0f}}.", at=at),
-            say("refused.cross-fix", "Check the points of both. Mark points nearer to the corners, or choose a lower "
-                                     "degree."), reason="borders-cross", feature=first)
+            say(
+                f"refused.cross.{first}",
+                f"The {first} and {second} borders cross {values} {{at:.0f}}.",
+                at=at,
+            ),
+            say(
+                "refused.cross-fix",
+                "Check the points of both. Mark points nearer to the corners, or choose a lower "
+                "degree.",
+            ),
+            reason="borders-cross",
+            feature=first,
+        )
 
 
-def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
-             mistaken: set[Place]) -> tuple[Mask, ...]:
+def _inliers(
+    observations: Observations,
+    borders: Mapping[str, _Border],
+    fits: Mapping[str, CurveFit],
+    mistaken: set[Place],
+) -> tuple[Mask, ...]:
     result = tuple(np.ones(len(o.points), bool) for o in observations)
     for name, border in borders.items():
         for (i, k), fine in zip(border.owners, fits[name].inliers, strict=True):
@@ -263,45 +381,92 @@ def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: M
     return result
 
 
-def _outlier_warnings(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
-            inliers: tuple[Mask, ...]) -> list[Warning]:
-    found = [outlier_warning(observations, i, k, say(
-        "outlier.curve", "is {px:.1f} px from the curve through the other points", px=abs(residual)))
-             for name, border in borders.items() for (i, k), fine, residual
-             in zip(border.owners, fits[name].inliers, fits[name].residuals, strict=True) if not fine]
+def _outlier_warnings(
+    observations: Observations,
+    borders: Mapping[str, _Border],
+    fits: Mapping[str, CurveFit],
+    inliers: tuple[Mask, ...],
+) -> list[Warning]:
+    found = [
+        outlier_warning(
+            observations,
+            i,
+            k,
+            say(
+                "outlier.curve",
+                "is {px:.1f} px from the curve through the other points",
+                px=abs(residual),
+            ),
+        )
+        for name, border in borders.items()
+        for (i, k), fine, residual in zip(
+            border.owners, fits[name].inliers, fits[name].residuals, strict=True
+        )
+        if not fine
+    ]
     where = say("outlier.disagrees", "does not agree with the other points")
     fix = say("outlier.disagrees.fix", "Check that it is on the correct mark.")
-    return found + [outlier_warning(observations, i, k, where, fix)
-                    for i, observation in enumerate(observations) if observation.feature not in BORDERS
-                    for k in np.flatnonzero(~inliers[i]).tolist()]
+    return found + [
+        outlier_warning(observations, i, k, where, fix)
+        for i, observation in enumerate(observations)
+        if observation.feature not in BORDERS
+        for k in np.flatnonzero(~inliers[i]).tolist()
+    ]
 
 
-def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
-                            model: Polynomial) -> list[Warning]:
+def _extrapolation_warnings(
+    borders: Mapping[str, _Border], fits: Mapping[str, CurveFit], model: Polynomial
+) -> list[Warning]:
     """Return a warning for each curve that is extrapolated within the field."""
     found = []
     columns = np.array([0.0, model.width_px])
     left, right = zip(model.top(columns).tolist(), model.bottom(columns).tolist(), strict=True)
-    rows = {"left": left, "right": right, "top": (0.0, model.width_px), "bottom": (0.0, model.width_px)}
+    rows = {
+        "left": left,
+        "right": right,
+        "top": (0.0, model.width_px),
+        "bottom": (0.0, model.width_px),
+    }
     for name, border in borders.items():
         points = border.points[fits[name].inliers]
-        position = points[:, 1] if name in ("left", "right") else model.corrected_from_raw(points)[:, 0]
+        position = (
+            points[:, 1] if name in ("left", "right") else model.corrected_from_raw(points)[:, 0]
+        )
         position = position[np.isfinite(position)]
         if not position.size:
-            raise FitFailed(say("refused.crossed", "{line} is where the adjacent borders have already crossed.",
-                                line=capitalised(the_border(name))),
-                            say("refused.crossed.fix",
-                                "Check the points of all four borders, or choose a lower degree."),
-                            reason="borders-cross", feature=name)
+            raise FitFailed(
+                say(
+                    "refused.crossed",
+                    "{line} is where the adjacent borders have already crossed.",
+                    line=capitalised(the_border(name)),
+                ),
+                say(
+                    "refused.crossed.fix",
+                    "Check the points of all four borders, or choose a lower degree.",
+                ),
+                reason="borders-cross",
+                feature=name,
+            )
         low, high = rows[name]
         ends = ("top", "bottom") if name in ("left", "right") else ("left", "right")
         for gap, end in ((position.min() - low, ends[0]), (high - position.max(), ends[1])):
             if gap > EXTRAPOLATED_SHARE * (high - low):
-                found.append(Warning(
-                    "border-extrapolated",
-                    say("warning.extrapolated", "{line} has no point in the last {share:.0f} % towards {end}. Its "
-                        "curve is extrapolated there.", line=capitalised(the_border(name)),
-                        share=100 * gap / (high - low), end=the_border(end)),
-                    say(f"warning.extrapolated-fix.{name}-{end}",
-                        f"Add a point on the {name} border near the {end} corner."), name))
+                found.append(
+                    Warning(
+                        "border-extrapolated",
+                        say(
+                            "warning.extrapolated",
+                            "{line} has no point in the last {share:.0f} % towards {end}. Its "
+                            "curve is extrapolated there.",
+                            line=capitalised(the_border(name)),
+                            share=100 * gap / (high - low),
+                            end=the_border(end),
+                        ),
+                        say(
+                            f"warning.extrapolated-fix.{name}-{end}",
+                            f"Add a point on the {name} border near the {end} corner.",
+                        ),
+                        name,
+                    )
+                )
     return found

@@ -51,7 +51,10 @@ class HomographyParameters:
     @property
     def names(self) -> tuple[str, ...]:
         """Return every parameter's name in order: what a free mask refers to."""
-        return (*(f"h{i + 1}{j + 1}" for i, j in ENTRIES), *(f"line_{i}" for i in range(len(self.offsets_mm))))
+        return (
+            *(f"h{i + 1}{j + 1}" for i, j in ENTRIES),
+            *(f"line_{i}" for i in range(len(self.offsets_mm))),
+        )
 
     def values(self) -> dict[str, float]:
         """Return the values by name of the parameters that may have a prior."""
@@ -62,7 +65,9 @@ class HomographyParameters:
         full = np.zeros(len(free))
         full[free] = delta
         bent = self.raw_from_unit @ (np.eye(3) + np.append(full[:8], 0.0).reshape(3, 3))
-        return replace(self, raw_from_unit=bent / np.linalg.norm(bent), offsets_mm=self.offsets_mm + full[8:])
+        return replace(
+            self, raw_from_unit=bent / np.linalg.norm(bent), offsets_mm=self.offsets_mm + full[8:]
+        )
 
     def project_jacobian(self, points: Array) -> tuple[Array, Array, Array]:
         """Return pixels (n, 2), their derivatives by the field point (n, 2, 3) and by all parameters but line offsets.
@@ -105,16 +110,23 @@ class ParameterSensitivity:
         with np.errstate(all="ignore"):
             det = a * d - b * c
             det = np.where(np.abs(det) > EDGE_ON * (a * a + b * b + c * c + d * d), det, np.nan)
-            inverse = np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], axis=1) / det[:, None, None]
+            inverse = (
+                np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], axis=1)
+                / det[:, None, None]
+            )
             return -inverse @ columns
 
     def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
         by_point, columns = self._pixel_jacobian(with_z(places), names)
         ahead = np.einsum("nij,nj->ni", by_point, with_z(along))
-        across = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / np.linalg.norm(ahead, axis=1, keepdims=True)
+        across = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / np.linalg.norm(
+            ahead, axis=1, keepdims=True
+        )
         return np.einsum("ni,nik->nk", across, columns)
 
-    def _pixel_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> tuple[Array, Array]:
+    def _pixel_jacobian(
+        self, points_field_xyz: Array, names: tuple[str, ...]
+    ) -> tuple[Array, Array]:
         """Return the pixel's derivative by the field point (n, 2, 3) and by named parameters (n, 2, len(names))."""
         _, by_point, by = self.parameters.project_jacobian(np.asarray(points_field_xyz, float))
         columns = np.zeros((len(by), 2, len(names)))

@@ -40,17 +40,20 @@ class Format:
     square_pixels: bool = False  # whether a camera must have them
 
 
-FORMATS: Registry[Format] = Registry("export format", {
-    "json": "touchline.formats.json_file:FORMAT",  # ours, complete, read back exactly
-    "opencv": "touchline.formats.opencv:FORMAT",  # cv2.FileStorage, lens and pose
-    "ros": "touchline.formats.ros:FORMAT",  # camera_info
-    "kalibr": "touchline.formats.kalibr:FORMAT",  # a camchain of one camera
-    "mrcal": "touchline.formats.mrcal:FORMAT",  # .cameramodel, lens and pose
-    "photonvision": "touchline.formats.photonvision:FORMAT",  # one resolution's calibration
-    # the league's geometry packet: lens, pose and field
-    "ssl-vision": "touchline.formats.ssl_vision:FORMAT",
-    # a remap table: correct pictures with numpy and OpenCV alone
-    "npz": "touchline.formats.npz_file:FORMAT",
-    # clicks and a grid of positions, for spreadsheets
-    "csv": "touchline.formats.csv_points:FORMAT",
-})
+FORMATS: Registry[Format] = Registry(
+    "export format",
+    {
+        "json": "touchline.formats.json_file:FORMAT",  # ours, complete, read back exactly
+        "opencv": "touchline.formats.opencv:FORMAT",  # cv2.FileStorage, lens and pose
+        "ros": "touchline.formats.ros:FORMAT",  # camera_info
+        "kalibr": "touchline.formats.kalibr:FORMAT",  # a camchain of one camera
+        "mrcal": "touchline.formats.mrcal:FORMAT",  # .cameramodel, lens and pose
+        "photonvision": "touchline.formats.photonvision:FORMAT",  # one resolution's calibration
+        # the league's geometry packet: lens, pose and field
+        "ssl-vision": "touchline.formats.ssl_vision:FORMAT",
+        # a remap table: correct pictures with numpy and OpenCV alone
+        "npz": "touchline.formats.npz_file:FORMAT",
+        # clicks and a grid of positions, for spreadsheets
+        "csv": "touchline.formats.csv_points:FORMAT",
+    },
+)

@@ -19,7 +19,11 @@ from touchline.core.errors import Conflict
 from touchline.core.field import QUARTER_TURNS, Region
 from touchline.core.geometry import as_triple
 from touchline.core.records import Calibration
-from touchline.evaluate.approximation import ApproximationError, approximate_camera, approximation_error
+from touchline.evaluate.approximation import (
+    ApproximationError,
+    approximate_camera,
+    approximation_error,
+)
 from touchline.formats import Format
 from touchline.formats.numbers import format_error, integer, number, numbers, require
 from touchline.models import CameraModel, Restored
@@ -45,8 +49,9 @@ class ExportCamera:
     camera_id: int | None = None
 
 
-def export_camera(calibration: Calibration, format: Format, approximate: bool,
-                  camera_id: int | None = None) -> ExportCamera:
+def export_camera(
+    calibration: Calibration, format: Format, approximate: bool, camera_id: int | None = None
+) -> ExportCamera:
     """Return the camera as the format can hold it; Conflict where that takes `approximate`."""
     model, field, region = Restored.of(calibration)
     own = exact_camera(model, format.lenses, format.square_pixels)
@@ -54,56 +59,91 @@ def export_camera(calibration: Calibration, format: Format, approximate: bool,
         return ExportCamera(own, None, camera_id)
     if not approximate:
         raise _cannot_hold(model, format)
-    camera, loss = nearest_camera(model, tuple(format.lenses.items()), format.square_pixels, region,
-                                  field.hat_height_mm)
+    camera, loss = nearest_camera(
+        model, tuple(format.lenses.items()), format.square_pixels, region, field.hat_height_mm
+    )
     return ExportCamera(camera, loss, camera_id)
 
 
-def exact_camera(model: CameraModel, lenses: Mapping[str, tuple[str, ...]], square: bool) -> RayCamera | None:
+def exact_camera(
+    model: CameraModel, lenses: Mapping[str, tuple[str, ...]], square: bool
+) -> RayCamera | None:
     """Return the model as a camera with exactly one of these lenses; None where there is none."""
     if not isinstance(model, RayCamera) or (square and model.aspect != 1):
         return None
     terms = dict(zip(model.LENS.TERMS, model.lens_terms, strict=True))
-    if model.NAME in lenses and not any(v for name, v in terms.items() if name not in lenses[model.NAME]):
+    if model.NAME in lenses and not any(
+        v for name, v in terms.items() if name not in lenses[model.NAME]
+    ):
         return model
     plain = next((name for name in lenses if name != "fisheye"), None)
     if plain is None or model.NAME == "fisheye" or any(terms.values()):
         return None
     family = lens_model(plain)  # without distortion, all lenses but the fisheye are one
-    return family(**{**{f.name: getattr(model, f.name) for f in fields(model)},
-                     "lens_terms": (0.0,) * len(family.LENS.TERMS)})
+    return family(
+        **{
+            **{f.name: getattr(model, f.name) for f in fields(model)},
+            "lens_terms": (0.0,) * len(family.LENS.TERMS),
+        }
+    )
 
 
 @lru_cache(maxsize=64)
-def nearest_camera(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]], ...], square: bool, region: Region,
-            hat_height_mm: float) -> tuple[RayCamera, ApproximationError]:
+def nearest_camera(
+    model: CameraModel,
+    lenses: tuple[tuple[str, tuple[str, ...]], ...],
+    square: bool,
+    region: Region,
+    hat_height_mm: float,
+) -> tuple[RayCamera, ApproximationError]:
     """Return the nearest camera with one of these lenses and as few terms as suffice, and its error."""
     found = []
     for name, terms in lenses:
         family = lens_model(name)
-        for chosen in dict.fromkeys([*(rung for rung in TERM_LADDER if set(rung) < set(terms)), terms]):
+        for chosen in dict.fromkeys(
+            [*(rung for rung in TERM_LADDER if set(rung) < set(terms)), terms]
+        ):
             try:
-                camera = approximate_camera(model, family, chosen, region, hat_height_mm, square=square)
+                camera = approximate_camera(
+                    model, family, chosen, region, hat_height_mm, square=square
+                )
                 found.append((camera, approximation_error(model, camera, region, hat_height_mm)))
             except Conflict:
                 continue
     if not found:
-        raise Conflict("No lens of this format is close to this calibration over its covered area.",
-                       "Fit brown-conrady to the same points, and export that version.", reason="no-approximation")
+        raise Conflict(
+            "No lens of this format is close to this calibration over its covered area.",
+            "Fit brown-conrady to the same points, and export that version.",
+            reason="no-approximation",
+        )
     best = min(loss.worst_at_any_height_mm for _, loss in found)
-    return next((c, loss) for c, loss in found if loss.worst_at_any_height_mm <= NO_WORSE * best + NO_WORSE_MM)
+    return next(
+        (c, loss)
+        for c, loss in found
+        if loss.worst_at_any_height_mm <= NO_WORSE * best + NO_WORSE_MM
+    )
 
 
 def _cannot_hold(model: CameraModel, format: Format) -> Conflict:
     known = ", ".join(format.lenses)
     if not isinstance(model, RayCamera):
-        return Conflict(f"{format.title} requires a physical lens model. {model.TITLE} is not one.",
-                        f"Fit {next(iter(format.lenses))} to the same points, or use approximate=true: the nearest "
-                        "camera over the covered area, with its error in mm.", reason="format-cannot-hold")
-    why = "pixels that are not square" if format.square_pixels and model.NAME in format.lenses else "this lens"
-    return Conflict(f"{format.title} cannot represent {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
-                    f"Fit {known} to the same points, or use approximate=true: the nearest lens over the covered "
-                    "area, with its error in mm.", reason="format-cannot-hold")
+        return Conflict(
+            f"{format.title} requires a physical lens model. {model.TITLE} is not one.",
+            f"Fit {next(iter(format.lenses))} to the same points, or use approximate=true: the nearest "
+            "camera over the covered area, with its error in mm.",
+            reason="format-cannot-hold",
+        )
+    why = (
+        "pixels that are not square"
+        if format.square_pixels and model.NAME in format.lenses
+        else "this lens"
+    )
+    return Conflict(
+        f"{format.title} cannot represent {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
+        f"Fit {known} to the same points, or use approximate=true: the nearest lens over the covered "
+        "area, with its error in mm.",
+        reason="format-cannot-hold",
+    )
 
 
 @dataclass(frozen=True)
@@ -135,9 +175,18 @@ class Metadata:
 def metadata_json(calibration: Calibration, export: ExportCamera, *, pose: bool) -> dict[str, Any]:
     """Return the metadata as JSON. pose: include it, for a format that has no place for it."""
     camera = export.camera
-    metadata = {"field": calibration.field["name"], "region": calibration.region, "rotate": calibration.rotate,
-                "rectangle": [camera.width_px, camera.height_px, camera.n_rectangles_x, camera.n_rectangles_y],
-                "camera": calibration.camera}
+    metadata = {
+        "field": calibration.field["name"],
+        "region": calibration.region,
+        "rotate": calibration.rotate,
+        "rectangle": [
+            camera.width_px,
+            camera.height_px,
+            camera.n_rectangles_x,
+            camera.n_rectangles_y,
+        ],
+        "camera": calibration.camera,
+    }
     if pose:
         metadata |= {"rotation": list(camera.rotation), "position_mm": list(camera.position_mm)}
     if export.loss is not None:
@@ -149,11 +198,18 @@ def header(calibration: Calibration, export: ExportCamera, *words: str, pose: bo
     """Return comment lines: what the file is, its approximation error, and the metadata line."""
     lines = ["A camera over a playing field, calibrated by Touchline.", *words]
     if export.loss is not None:
-        hat = "" if export.loss.hat_worst_mm is None else (
-            f", {export.loss.hat_worst_mm:.3f} mm {export.loss.hat_height_mm:g} mm above it")
-        lines.append(f"Nearest lens of this format to {calibration.model_name}: largest error "
-                     f"{export.loss.worst_mm:.3f} mm on the carpet, {export.loss.rms_mm:.3f} mm rms{hat}.")
-    lines.append("touchline: " + json.dumps(metadata_json(calibration, export, pose=pose), allow_nan=False))
+        hat = (
+            ""
+            if export.loss.hat_worst_mm is None
+            else (f", {export.loss.hat_worst_mm:.3f} mm {export.loss.hat_height_mm:g} mm above it")
+        )
+        lines.append(
+            f"Nearest lens of this format to {calibration.model_name}: largest error "
+            f"{export.loss.worst_mm:.3f} mm on the carpet, {export.loss.rms_mm:.3f} mm rms{hat}."
+        )
+    lines.append(
+        "touchline: " + json.dumps(metadata_json(calibration, export, pose=pose), allow_nan=False)
+    )
     return "".join(f"# {line}\n" for line in lines)
 
 
@@ -165,27 +221,47 @@ def metadata_from_comment(data: bytes) -> Metadata:
     try:
         value = json.loads(found[1].decode())
     except (ValueError, RecursionError):
-        raise format_error("The line that begins with # touchline: is damaged.", "Restore or remove it.") from None
+        raise format_error(
+            "The line that begins with # touchline: is damaged.", "Restore or remove it."
+        ) from None
     return metadata_from_json(value)
 
 
 def metadata_from_json(value: Any) -> Metadata:
     """Read metadata from JSON; unknown entries, of later versions, are ignored."""
     if not isinstance(value, dict):
-        raise format_error("The field data that Touchline wrote is damaged.", "Export the calibration again.")
+        raise format_error(
+            "The field data that Touchline wrote is damaged.", "Export the calibration again."
+        )
     at = "touchline"
     rotate = value.get("rotate")
     if rotate is not None and (isinstance(rotate, bool) or rotate not in QUARTER_TURNS):
-        raise format_error(f"{at}.rotate is not one of {', '.join(map(str, QUARTER_TURNS))}.", "Correct it.")
+        raise format_error(
+            f"{at}.rotate is not one of {', '.join(map(str, QUARTER_TURNS))}.", "Correct it."
+        )
     rectangle = None
     if "rectangle" in value:
         w, h, n_x, n_y = numbers(value["rectangle"], f"{at}.rectangle", (4,))
-        rectangle = (w, h, integer(n_x, f"{at}.rectangle[2]", 1, 1000), integer(n_y, f"{at}.rectangle[3]", 1, 1000))
+        rectangle = (
+            w,
+            h,
+            integer(n_x, f"{at}.rectangle[2]", 1, 1000),
+            integer(n_y, f"{at}.rectangle[3]", 1, 1000),
+        )
     pose = None
     if "rotation" in value:
-        pose = checked_pose(numbers(value["rotation"], f"{at}.rotation", (3,)),
-                            numbers(require(value, "position_mm", at), f"{at}.position_mm", (3,)))
-    return Metadata(_name(value, "field"), _name(value, "region"), rotate, rectangle, _name(value, "camera"), pose)
+        pose = checked_pose(
+            numbers(value["rotation"], f"{at}.rotation", (3,)),
+            numbers(require(value, "position_mm", at), f"{at}.position_mm", (3,)),
+        )
+    return Metadata(
+        _name(value, "field"),
+        _name(value, "region"),
+        rotate,
+        rectangle,
+        _name(value, "camera"),
+        pose,
+    )
 
 
 def checked_pose(rotation: Any, position_mm: Any) -> CameraPose:

@@ -38,13 +38,17 @@ def read_intrinsics(value: Any, at: str) -> tuple[tuple[float, float], tuple[flo
     """Return focal lengths and centre, px, of a camera matrix {rows, cols, data} without skew."""
     fx, skew, cx, zero, fy, cy, *last = matrix(value, at, 3, 3)
     if abs(skew) > 1e-9 * abs(fx) or zero != 0 or last != [0, 0, 1]:
-        raise format_error(f"{at} is not a camera matrix without skew.", "Use [fx, 0, cx, 0, fy, cy, 0, 0, 1].")
+        raise format_error(
+            f"{at} is not a camera matrix without skew.", "Use [fx, 0, cx, 0, fy, cy, 0, 0, 1]."
+        )
     return (fx, fy), (cx, cy)
 
 
 def translation_of(camera: RayCamera) -> Array:
     """Return the translation in mm that, with the rotation, takes field coordinates to the camera."""
-    return np.asarray(-matrix_from_vector(np.array(camera.rotation)) @ np.array(camera.position_mm), np.float64)
+    return np.asarray(
+        -matrix_from_vector(np.array(camera.rotation)) @ np.array(camera.position_mm), np.float64
+    )
 
 
 def pose_from_field(rotation: tuple[float, ...], translation_mm: Array) -> CameraPose:
@@ -63,14 +67,18 @@ def trim_terms(terms: tuple[float, ...], counts: tuple[int, ...] = (5, 8)) -> tu
     return next(terms[:n] for n in counts if not any(terms[n:]))
 
 
-def lens_from_terms(terms: tuple[float, ...], at: str, fisheye: bool = False) -> tuple[str, tuple[float, ...]]:
+def lens_from_terms(
+    terms: tuple[float, ...], at: str, fisheye: bool = False
+) -> tuple[str, tuple[float, ...]]:
     """Return the model's name and all its terms; BadInput for terms that our lens lacks, such as thin prism."""
     if fisheye:
         return "fisheye", terms
-    if any(terms[len(TERMS):]):
-        raise format_error(f"{at} has terms beyond k6 (thin prism or tilt), which are not supported.",
-                           "Calibrate with at most eight terms.")
-    return "brown-conrady", (*terms[:len(TERMS)], *(0.0,) * (len(TERMS) - len(terms)))
+    if any(terms[len(TERMS) :]):
+        raise format_error(
+            f"{at} has terms beyond k6 (thin prism or tilt), which are not supported.",
+            "Calibrate with at most eight terms.",
+        )
+    return "brown-conrady", (*terms[: len(TERMS)], *(0.0,) * (len(TERMS) - len(terms)))
 
 
 @dataclass(frozen=True)
@@ -108,8 +116,11 @@ class CameraFile:
     def known_size(self) -> ImageSize:
         """Return the image size; BadInput where the file does not tell."""
         if self.image_size is None:
-            raise BadInput("The file does not state the image size.",
-                           "Enter it: image_size, as WIDTHxHEIGHT in pixels.", reason="no-image-size")
+            raise BadInput(
+                "The file does not state the image size.",
+                "Enter it: image_size, as WIDTHxHEIGHT in pixels.",
+                reason="no-image-size",
+            )
         return self.image_size
 
     def at_size(self, wanted: ImageSize | None) -> Self:
@@ -123,34 +134,64 @@ class CameraFile:
         if old is None:
             return replace(self, image_size=wanted)
         if old.width * wanted.height != old.height * wanted.width:
-            raise Conflict(f"The file is for images of {old}, not of {wanted}.",
-                           "Use that size, or one with the same aspect ratio.", reason="size-mismatch")
+            raise Conflict(
+                f"The file is for images of {old}, not of {wanted}.",
+                "Use that size, or one with the same aspect ratio.",
+                reason="size-mismatch",
+            )
         s = wanted.width / old.width
-        return replace(self, image_size=wanted, focal_px=(self.focal_px[0] * s, self.focal_px[1] * s),
-                       centre_px=(s * (self.centre_px[0] + 0.5) - 0.5, s * (self.centre_px[1] + 0.5) - 0.5),
-                       metadata=replace(self.metadata, rectangle=None),
-                       notes=(*self.notes, f"The file was for images of {old}. Focal length and centre were scaled."))
+        return replace(
+            self,
+            image_size=wanted,
+            focal_px=(self.focal_px[0] * s, self.focal_px[1] * s),
+            centre_px=(s * (self.centre_px[0] + 0.5) - 0.5, s * (self.centre_px[1] + 0.5) - 0.5),
+            metadata=replace(self.metadata, rectangle=None),
+            notes=(
+                *self.notes,
+                f"The file was for images of {old}. Focal length and centre were scaled.",
+            ),
+        )
 
     def lens(self) -> Intrinsics:
         """Return the lens alone, to be held fixed in a fit; BadInput where it is none."""
-        return Intrinsics.from_json(Intrinsics(self.model, self.terms, self.focal_px[0], self.aspect, self.centre_px,
-                                               self.known_size).to_json())
+        return Intrinsics.from_json(
+            Intrinsics(
+                self.model,
+                self.terms,
+                self.focal_px[0],
+                self.aspect,
+                self.centre_px,
+                self.known_size,
+            ).to_json()
+        )
 
     def camera(self, view: dict[str, Any]) -> RayCamera:
         """Return the camera with its pose. view: the fields of a TopView."""
         if self.pose is None:
-            raise BadInput("The file does not state the camera pose.", "Use its lens as a known lens when you fit the "
-                                                                       "field.",
-                           reason="no-pose")
-        camera = lens_model(self.model)(lens_terms=self.terms, focal_px=self.focal_px[0], aspect=self.aspect,
-                                         centre_px=self.centre_px, rotation=self.pose.rotation,
-                                         position_mm=self.pose.position_mm, **view)
+            raise BadInput(
+                "The file does not state the camera pose.",
+                "Use its lens as a known lens when you fit the field.",
+                reason="no-pose",
+            )
+        camera = lens_model(self.model)(
+            lens_terms=self.terms,
+            focal_px=self.focal_px[0],
+            aspect=self.aspect,
+            centre_px=self.centre_px,
+            rotation=self.pose.rotation,
+            position_mm=self.pose.position_mm,
+            **view,
+        )
         if not camera.plausible():
-            raise format_error("These numbers do not describe a camera above a field.",
-                               "Check their units: pixels, mm and radians.")
+            raise format_error(
+                "These numbers do not describe a camera above a field.",
+                "Check their units: pixels, mm and radians.",
+            )
         return camera
 
 
 def checked_size(width: Any, height: Any) -> ImageSize:
-    return ImageSize(integer(width, "The image width", MIN_SIDE_PX, MAX_SIDE_PX),
-                     integer(height, "The image height", MIN_SIDE_PX, MAX_SIDE_PX))
+    return ImageSize(
+        integer(width, "The image width", MIN_SIDE_PX, MAX_SIDE_PX),
+        integer(height, "The image height", MIN_SIDE_PX, MAX_SIDE_PX),
+    )

@@ -14,7 +14,13 @@ import numpy as np
 
 from touchline.core.errors import BadInput
 from touchline.core.jobs import Progress, no_progress
-from touchline.core.records import MAX_POINTS, Calibration, Observation, Observations, observations_from_json
+from touchline.core.records import (
+    MAX_POINTS,
+    Calibration,
+    Observation,
+    Observations,
+    observations_from_json,
+)
 from touchline.formats import Format
 from touchline.formats.numbers import format_error, number
 from touchline.models import RayModel, Restored, field_from_raw, raw_from_field
@@ -35,19 +41,27 @@ def write(calibration: Calibration, _: Progress = no_progress) -> bytes:
 def read(data: bytes) -> Observations:
     """Read the clicks, or without any the grid as landmarks. Needs feature, raw_x_px and raw_y_px."""
     if len(data) > MAX_BYTES:
-        raise format_error(f"The file has {len(data)} bytes. The limit is {MAX_BYTES}.", "Use a shorter file.")
+        raise format_error(
+            f"The file has {len(data)} bytes. The limit is {MAX_BYTES}.", "Use a shorter file."
+        )
     try:
         rows = csv.reader(data.decode("utf-8-sig").splitlines())
         header = [name.strip() for name in next(rows, [])]
         if len(header) == 1 and ";" in header[0]:
-            raise format_error("The table is separated by semicolons, so its numbers have decimal commas.",
-                         "Save it with commas between the columns and decimal points.")
+            raise format_error(
+                "The table is separated by semicolons, so its numbers have decimal commas.",
+                "Save it with commas between the columns and decimal points.",
+            )
         for name in ("feature", "raw_x_px", "raw_y_px"):
             if header.count(name) != 1:
-                raise format_error(f"The table has no column {name}.", f"Add the columns {', '.join(COLUMNS)}.")
+                raise format_error(
+                    f"The table has no column {name}.", f"Add the columns {', '.join(COLUMNS)}."
+                )
         return _observations(header, rows)
     except (UnicodeDecodeError, csv.Error) as error:
-        raise format_error(f"The file is not a text table: {str(error)[:100]}.", "Use CSV in UTF-8.") from None
+        raise format_error(
+            f"The file is not a text table: {str(error)[:100]}.", "Use CSV in UTF-8."
+        ) from None
 
 
 def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
@@ -62,7 +76,9 @@ def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
             places = np.full(o.points.shape, np.nan)
         for point, place in zip(o.points, places, strict=True):
             yield feature, o.kind, o.z_mm, *point, *place
-    u, v = np.meshgrid(np.linspace(0, region.width_mm, GRID[0]), np.linspace(0, region.height_mm, GRID[1]))
+    u, v = np.meshgrid(
+        np.linspace(0, region.width_mm, GRID[0]), np.linspace(0, region.height_mm, GRID[1])
+    )
     places = region.field_from_region(np.stack([u, v], axis=-1)).reshape(-1, 2)
     for place, point in zip(places, raw_from_field(model, places), strict=True):
         yield f"{place[0]:.10g} {place[1]:.10g}", "grid", 0.0, *point, *place
@@ -80,18 +96,26 @@ def _observations(header: list[str], rows: Iterator[list[str]]) -> Observations:
     grid: list[Observation] = []
     for line, row in enumerate(rows, 2):
         if line > MAX_POINTS:
-            raise BadInput(f"The table has more than {MAX_POINTS} rows.", "Use a shorter file.",
-                           reason="too-many-points")
+            raise BadInput(
+                f"The table has more than {MAX_POINTS} rows.",
+                "Use a shorter file.",
+                reason="too-many-points",
+            )
         if not any(row):
             continue
         at = f"Row {line}"
         if len(row) != len(header):
-            raise format_error(f"{at} has {len(row)} columns, the first row {len(header)}.",
-                         "Write numbers with decimal points, and put text with commas in quotes.")
+            raise format_error(
+                f"{at} has {len(row)} columns, the first row {len(header)}.",
+                "Write numbers with decimal points, and put text with commas in quotes.",
+            )
         cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
         if cells.get("kind") == "grid" and not (cells["raw_x_px"] and cells["raw_y_px"]):
             continue  # a place that the picture does not show
-        point = number(cells["raw_x_px"], f"{at}, raw_x_px"), number(cells["raw_y_px"], f"{at}, raw_y_px")
+        point = (
+            number(cells["raw_x_px"], f"{at}, raw_x_px"),
+            number(cells["raw_y_px"], f"{at}, raw_y_px"),
+        )
         if cells.get("kind") == "grid":
             grid.append(Observation(_position(cells["feature"], at), "landmark", np.array([point])))
             continue
@@ -100,19 +124,39 @@ def _observations(header: list[str], rows: Iterator[list[str]]) -> Observations:
     return tuple(_observation(*key, points) for key, points in clicked.items()) or tuple(grid)
 
 
-def _observation(feature: str, kind: str, z_mm: float, points: list[tuple[float, float]]) -> Observation:
-    where = _position(feature, "A feature") if kind == "landmark" and feature[:1] in "-.0123456789" else feature
-    return Observation.from_json({"feature": list(where) if isinstance(where, tuple) else where, "kind": kind,
-                                  "points": [list(p) for p in points], "z_mm": z_mm})
+def _observation(
+    feature: str, kind: str, z_mm: float, points: list[tuple[float, float]]
+) -> Observation:
+    where = (
+        _position(feature, "A feature")
+        if kind == "landmark" and feature[:1] in "-.0123456789"
+        else feature
+    )
+    return Observation.from_json(
+        {
+            "feature": list(where) if isinstance(where, tuple) else where,
+            "kind": kind,
+            "points": [list(p) for p in points],
+            "z_mm": z_mm,
+        }
+    )
 
 
 def _position(text: str, at: str) -> tuple[float, float]:
     parts = text.split()
     if len(parts) != 2:
-        raise format_error(f"{at} is not a field position: {text[:40]!r}.", 'Write it as "1200 -300", in mm.')
+        raise format_error(
+            f"{at} is not a field position: {text[:40]!r}.", 'Write it as "1200 -300", in mm.'
+        )
     return number(parts[0], f"{at}, feature"), number(parts[1], f"{at}, feature")
 
 
-FORMAT = Format("Points (CSV)", "text/csv", ".csv",
-                "All models: the points, and pixels and millimetres over the covered area.", write, read,
-                recognises=lambda data: b"raw_x_px" in data[:300])
+FORMAT = Format(
+    "Points (CSV)",
+    "text/csv",
+    ".csv",
+    "All models: the points, and pixels and millimetres over the covered area.",
+    write,
+    read,
+    recognises=lambda data: b"raw_x_px" in data[:300],
+)

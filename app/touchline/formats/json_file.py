@@ -21,20 +21,32 @@ def write(calibration: Calibration, _: Progress = no_progress) -> bytes:
 def read(data: bytes) -> Calibration:
     """Read what write wrote; BadInput for anything else. Every number is checked, the model is rebuilt."""
     if len(data) > MAX_BYTES:
-        raise BadInput(f"The file has {len(data)} bytes. The limit for a calibration is {MAX_BYTES}.",
-                       "Use a file that Touchline exported as json.", reason="bad-calibration")
+        raise BadInput(
+            f"The file has {len(data)} bytes. The limit for a calibration is {MAX_BYTES}.",
+            "Use a file that Touchline exported as json.",
+            reason="bad-calibration",
+        )
     try:
         value = json.loads(data, parse_constant=_refuse_constant, parse_float=_finite)
     except (ValueError, RecursionError) as error:
-        raise BadInput(f"The file is not valid JSON: {error}.", "Use a file that Touchline exported as json.",
-                       reason="bad-calibration") from None
+        raise BadInput(
+            f"The file is not valid JSON: {error}.",
+            "Use a file that Touchline exported as json.",
+            reason="bad-calibration",
+        ) from None
     if not isinstance(value, dict) or value.get("format") != NAME:
-        raise BadInput("The file is not a Touchline calibration.", "Use a file that Touchline exported as json.",
-                       reason="bad-calibration")
+        raise BadInput(
+            "The file is not a Touchline calibration.",
+            "Use a file that Touchline exported as json.",
+            reason="bad-calibration",
+        )
     calibration = Calibration.from_json(value)
     if not isinstance(calibration.model_parameters, dict):
-        raise BadInput("The file names no model.", "Use a file that Touchline exported as json.",
-                       reason="bad-calibration")
+        raise BadInput(
+            "The file names no model.",
+            "Use a file that Touchline exported as json.",
+            reason="bad-calibration",
+        )
     model_from_json(calibration.model_name, calibration.model_parameters)
     observations_from_json(calibration.observations)
     return calibration
@@ -51,5 +63,12 @@ def _refuse_constant(name: str) -> Any:
     raise ValueError(f"{name} is not a JSON number")
 
 
-FORMAT = Format("Touchline JSON", "application/json", ".json", "Complete: all models, with their points and settings.",
-                write, read, recognises=lambda data: data.lstrip()[:1] == b"{" and f'"{NAME}"'.encode() in data)
+FORMAT = Format(
+    "Touchline JSON",
+    "application/json",
+    ".json",
+    "Complete: all models, with their points and settings.",
+    write,
+    read,
+    recognises=lambda data: data.lstrip()[:1] == b"{" and f'"{NAME}"'.encode() in data,
+)

@@ -24,18 +24,36 @@ def write(calibration: Calibration, progress: Progress = no_progress) -> bytes:
     model = model_of(calibration)
     table = correction_map(model, progress=progress)
     width, height = calibration.image_size
-    grid_x, grid_y = (np.append(np.arange(0, n - 1, GRID_STEP_PX), n - 1).astype(float) for n in (width, height))
+    grid_x, grid_y = (
+        np.append(np.arange(0, n - 1, GRID_STEP_PX), n - 1).astype(float) for n in (width, height)
+    )
     rows = []
     for y in np.array_split(grid_y, 1 + len(grid_x) * len(grid_y) // BLOCK_NODES):
         progress(float(y[0]) / height, "Mapping")
-        rows.append(field_from_raw(model, np.stack(np.meshgrid(grid_x, y), axis=-1)).astype(np.float32))
-    about = {"id": calibration.id, "version": calibration.version, "camera": calibration.camera,
-             "field": calibration.field["name"], "region": calibration.region, "rotate": calibration.rotate,
-             "model": calibration.model_name, "created_at": calibration.created_at, "software": calibration.software}
-    return _npz(raw_x=table.raw_x, raw_y=table.raw_y, field_mm=np.concatenate(rows),
-                grid_x=grid_x.astype(np.float32), grid_y=grid_y.astype(np.float32),
-                image_size=np.array([width, height]), corrected_size=np.array(table.raw_x.shape[::-1]),
-                about=np.array(json.dumps(about)))
+        rows.append(
+            field_from_raw(model, np.stack(np.meshgrid(grid_x, y), axis=-1)).astype(np.float32)
+        )
+    about = {
+        "id": calibration.id,
+        "version": calibration.version,
+        "camera": calibration.camera,
+        "field": calibration.field["name"],
+        "region": calibration.region,
+        "rotate": calibration.rotate,
+        "model": calibration.model_name,
+        "created_at": calibration.created_at,
+        "software": calibration.software,
+    }
+    return _npz(
+        raw_x=table.raw_x,
+        raw_y=table.raw_y,
+        field_mm=np.concatenate(rows),
+        grid_x=grid_x.astype(np.float32),
+        grid_y=grid_y.astype(np.float32),
+        image_size=np.array([width, height]),
+        corrected_size=np.array(table.raw_x.shape[::-1]),
+        about=np.array(json.dumps(about)),
+    )
 
 
 def _npz(**arrays: Any) -> bytes:
@@ -48,5 +66,10 @@ def _npz(**arrays: Any) -> bytes:
     return buffer.getvalue()
 
 
-FORMAT = Format("Remap table (numpy)", "application/octet-stream", ".npz",
-                "All models, as a table that corrects images. Cannot be imported.", write)
+FORMAT = Format(
+    "Remap table (numpy)",
+    "application/octet-stream",
+    ".npz",
+    "All models, as a table that corrects images. Cannot be imported.",
+    write,
+)

@@ -28,18 +28,26 @@ def format_list(values: Iterable[float]) -> str:
     return f"[{', '.join(format_number(v) for v in values)}]"
 
 
-def number(value: Any, at: str, low: float = -MAX_COORDINATE, high: float = MAX_COORDINATE) -> float:
+def number(
+    value: Any, at: str, low: float = -MAX_COORDINATE, high: float = MAX_COORDINATE
+) -> float:
     """Return one finite number, given as such or as text. BadInput names the place, and recognises a decimal comma."""
     if isinstance(value, str):
         text = value.strip()
         if DECIMAL_COMMA.fullmatch(text[:MAX_DIGITS]):
-            raise format_error(f"{at} is written with a decimal comma ({text[:40]}).", "Use a decimal point.")
+            raise format_error(
+                f"{at} is written with a decimal comma ({text[:40]}).", "Use a decimal point."
+            )
         value = float(text) if len(text) <= MAX_DIGITS and NUMBER.fullmatch(text) else None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise format_error(f"{at} is not a number.", "Correct it.")
     if not low <= value <= high:  # NaN is in no range
-        raise format_error(f"{at} is {value:g}." if isinstance(value, float) and math.isfinite(value) else
-                     f"{at} is out of range.", f"Use a number from {low:g} to {high:g}.")
+        raise format_error(
+            f"{at} is {value:g}."
+            if isinstance(value, float) and math.isfinite(value)
+            else f"{at} is out of range.",
+            f"Use a number from {low:g} to {high:g}.",
+        )
     return float(value)
 
 
@@ -58,8 +66,14 @@ def numbers(value: Any, at: str, counts: Iterable[int]) -> tuple[float, ...]:
     if not isinstance(value, (list, tuple)):
         raise format_error(f"{at} is not a list of numbers.", f"Use {many} numbers.")
     if len(value) not in counts:
-        commas = " If the file has decimal commas, use decimal points." if len(value) > max(counts) else ""
-        raise format_error(f"{at} has {len(value)} number{'' if len(value) == 1 else 's'}.", f"Use {many}.{commas}")
+        commas = (
+            " If the file has decimal commas, use decimal points."
+            if len(value) > max(counts)
+            else ""
+        )
+        raise format_error(
+            f"{at} has {len(value)} number{'' if len(value) == 1 else 's'}.", f"Use {many}.{commas}"
+        )
     return tuple(number(v, f"{at}[{i}]") for i, v in enumerate(value))
 
 
@@ -74,20 +88,28 @@ def require(value: Any, key: str, at: str) -> Any:
 
 def vector(value: Any, at: str, counts: tuple[int, ...]) -> tuple[float, ...]:
     """Return the numbers of {rows, cols, data}, a row or a column."""
-    rows, columns = (integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
+    rows, columns = (
+        integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols")
+    )
     if min(rows, columns) != 1:
         raise format_error(f"{at} is {rows} × {columns}.", "Use one row or one column.")
     found = numbers(require(value, "data", at), f"{at}.data", counts)
     if len(found) != rows * columns:
-        raise format_error(f"{at} has {len(found)} numbers for {rows} × {columns}.", "Correct the file.")
+        raise format_error(
+            f"{at} has {len(found)} numbers for {rows} × {columns}.", "Correct the file."
+        )
     return found
 
 
 def matrix(value: Any, at: str, rows: int, columns: int) -> tuple[float, ...]:
     """Return the numbers of {rows, cols, data}, row by row, after checking the shape."""
-    shape = tuple(integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
+    shape = tuple(
+        integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols")
+    )
     if shape != (rows, columns):
-        raise format_error(f"{at} is {shape[0]} × {shape[1]}.", f"Use a matrix of {rows} × {columns}.")
+        raise format_error(
+            f"{at} is {shape[0]} × {shape[1]}.", f"Use a matrix of {rows} × {columns}."
+        )
     return numbers(require(value, "data", at), f"{at}.data", (rows * columns,))
 
 

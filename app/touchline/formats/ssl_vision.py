@@ -35,12 +35,25 @@ def camera_to_wire(camera: RayCamera, camera_id: int) -> SSL_GeometryCameraCalib
     x, y, z, w = quaternion(np.array(camera.rotation))
     width, height = camera.image_size
     return build(
-        SSL_GeometryCameraCalibration, camera_id=camera_id, focal_length=camera.focal_px,
-        principal_point_x=camera.centre_px[0], principal_point_y=camera.centre_px[1],
-        distortion=camera.lens_terms[0], q0=x, q1=y, q2=z, q3=w,
-        tx=float(translation[0]), ty=float(translation[1]), tz=float(translation[2]),
-        derived_camera_world_tx=camera.position_mm[0], derived_camera_world_ty=camera.position_mm[1],
-        derived_camera_world_tz=camera.position_mm[2], pixel_image_width=width, pixel_image_height=height)
+        SSL_GeometryCameraCalibration,
+        camera_id=camera_id,
+        focal_length=camera.focal_px,
+        principal_point_x=camera.centre_px[0],
+        principal_point_y=camera.centre_px[1],
+        distortion=camera.lens_terms[0],
+        q0=x,
+        q1=y,
+        q2=z,
+        q3=w,
+        tx=float(translation[0]),
+        ty=float(translation[1]),
+        tz=float(translation[2]),
+        derived_camera_world_tx=camera.position_mm[0],
+        derived_camera_world_ty=camera.position_mm[1],
+        derived_camera_world_tz=camera.position_mm[2],
+        pixel_image_width=width,
+        pixel_image_height=height,
+    )
 
 
 def camera_from_wire(sent: SSL_GeometryCameraCalibration, field: Field) -> CameraFile:
@@ -50,12 +63,24 @@ def camera_from_wire(sent: SSL_GeometryCameraCalibration, field: Field) -> Camer
     q = np.array([sent.q0, sent.q1, sent.q2, sent.q3])
     length = float(np.linalg.norm(q))
     if not 0.5 < length < 2:
-        raise format_error(f"The camera's quaternion has the length {length:g}.",
-                           "Use a quaternion of length 1: x, y, z, w.")
+        raise format_error(
+            f"The camera's quaternion has the length {length:g}.",
+            "Use a quaternion of length 1: x, y, z, w.",
+        )
     rotation = matrix_from_quaternion(q / length)
-    pose = checked_pose(vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz]))
-    return CameraFile("ssl-vision", "ssl", (sent.distortion,), (sent.focal_length, sent.focal_length),
-                      (sent.principal_point_x, sent.principal_point_y), size, pose=pose, field=field)
+    pose = checked_pose(
+        vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz])
+    )
+    return CameraFile(
+        "ssl-vision",
+        "ssl",
+        (sent.distortion,),
+        (sent.focal_length, sent.focal_length),
+        (sent.principal_point_x, sent.principal_point_y),
+        size,
+        pose=pose,
+        field=field,
+    )
 
 
 def quaternion(rotation: Array) -> tuple[float, float, float, float]:
@@ -70,9 +95,13 @@ def quaternion(rotation: Array) -> tuple[float, float, float, float]:
 def matrix_from_quaternion(q: Array) -> Array:
     """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
     x, y, z, w = q
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def camera_number(field: Field, region: Region) -> int:
@@ -81,7 +110,10 @@ def camera_number(field: Field, region: Region) -> int:
     1 camera sees all; of 2, 0 has x < 0; of 4: 0 (-, -), 1 (-, +), 2 (+, -), 3 (+, +); of 8, columns of two.
     """
     x0, x1, y0, y1 = *region.x_mm, *region.y_mm
-    columns, rows = max(1, round(field.length_mm / (x1 - x0))), max(1, round(field.width_mm / (y1 - y0)))
+    columns, rows = (
+        max(1, round(field.length_mm / (x1 - x0))),
+        max(1, round(field.width_mm / (y1 - y0))),
+    )
     column = int((x0 + x1) / 2 / field.length_mm * columns + columns / 2)
     row = int((y0 + y1) / 2 / field.width_mm * rows + rows / 2)
     return min(column, columns - 1) * rows + min(row, rows - 1)
@@ -90,7 +122,9 @@ def camera_number(field: Field, region: Region) -> int:
 def write(calibration: Calibration, export: ExportCamera) -> bytes:
     _, field, region = Restored.of(calibration)
     number = camera_number(field, region) if export.camera_id is None else export.camera_id
-    geometry = SSL_GeometryData(field=field_to_wire(field), calib=[camera_to_wire(export.camera, number)])
+    geometry = SSL_GeometryData(
+        field=field_to_wire(field), calib=[camera_to_wire(export.camera, number)]
+    )
     return encode(SSL_WrapperPacket(geometry=geometry, source=SSL_Source.OTHER))
 
 
@@ -103,18 +137,34 @@ def read(data: bytes, camera_id: int | None = None) -> CameraFile:
     """Read the camera with this id, or the only one."""
     geometry = decode(SSL_WrapperPacket, data).geometry
     if not geometry.calib:
-        raise format_error("The packet contains no camera calibration.", "Use a geometry packet with calib.")
+        raise format_error(
+            "The packet contains no camera calibration.", "Use a geometry packet with calib."
+        )
     ids = [camera.camera_id for camera in geometry.calib]
     if camera_id is None and len(ids) > 1:
-        raise Conflict(f"The packet contains the cameras {', '.join(map(str, ids))}.", "Enter one: camera_id.",
-                       reason="several-cameras")
+        raise Conflict(
+            f"The packet contains the cameras {', '.join(map(str, ids))}.",
+            "Enter one: camera_id.",
+            reason="several-cameras",
+        )
     if camera_id is not None and camera_id not in ids:
-        raise Conflict(f"The packet contains no camera {camera_id}.", f"It has {', '.join(map(str, ids))}.",
-                       reason="no-such-camera")
+        raise Conflict(
+            f"The packet contains no camera {camera_id}.",
+            f"It has {', '.join(map(str, ids))}.",
+            reason="no-such-camera",
+        )
     sent = geometry.calib[0 if camera_id is None else ids.index(camera_id)]
     return camera_from_wire(sent, field_from_wire(geometry.field))
 
 
-FORMAT = Format("SSL-Vision geometry", "application/x-protobuf", ".pb",
-                "The league's one-term lens, with the pose and the field.", write, read, recognises,
-                lenses={"ssl": ("a",)}, square_pixels=True)
+FORMAT = Format(
+    "SSL-Vision geometry",
+    "application/x-protobuf",
+    ".pb",
+    "The league's one-term lens, with the pose and the field.",
+    write,
+    read,
+    recognises,
+    lenses={"ssl": ("a",)},
+    square_pixels=True,
+)

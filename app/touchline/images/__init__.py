@@ -16,8 +16,22 @@ belongs to the sensor and not to the way a viewer would like to hold the picture
 """
 
 from touchline.images.decoder import ImageDecoder, frame_from_bytes
-from touchline.images.in_process import ENCODED_MEDIA_TYPES, decode_in_process, encode, read_in_process
+from touchline.images.in_process import (
+    ENCODED_MEDIA_TYPES,
+    decode_in_process,
+    encode,
+    read_in_process,
+)
 from touchline.images.screen import DeclaredImage, ImageLimits, screen
 
-__all__ = ["ENCODED_MEDIA_TYPES", "DeclaredImage", "ImageDecoder", "ImageLimits", "decode_in_process", "encode",
-           "frame_from_bytes", "read_in_process", "screen"]
+__all__ = [
+    "ENCODED_MEDIA_TYPES",
+    "DeclaredImage",
+    "ImageDecoder",
+    "ImageLimits",
+    "decode_in_process",
+    "encode",
+    "frame_from_bytes",
+    "read_in_process",
+    "screen",
+]

@@ -32,8 +32,12 @@ class DecoderProcess:
     def __init__(self, limits: ImageLimits) -> None:
         self._limits = limits
         # Room for pixels need not be zeros first.
-        self._child = ChildProcess(PROGRAM, {"memory_bytes": limits.memory_bytes}, partial(np.empty, dtype=np.uint8),
-                                   3 * limits.max_pixels)
+        self._child = ChildProcess(
+            PROGRAM,
+            {"memory_bytes": limits.memory_bytes},
+            partial(np.empty, dtype=np.uint8),
+            3 * limits.max_pixels,
+        )
         self._is_ready = False
         self.pid = self._child.pid
         self.end = self._child.end  # by any thread: whoever waits for its answer gets OSError
@@ -57,8 +61,10 @@ class DecoderProcess:
             answer = connection.receive(deadline - time.monotonic())
             if answer is None:
                 raise TimeoutError
-            lengths = {decoder_worker.DECODED: 3 * declared.width * declared.height,
-                       decoder_worker.OTHER_SIZE: decoder_worker.SIZE.size}
+            lengths = {
+                decoder_worker.DECODED: 3 * declared.width * declared.height,
+                decoder_worker.OTHER_SIZE: decoder_worker.SIZE.size,
+            }
             if len(answer.body) != lengths.get(answer.kind, 0):
                 raise ConnectionResetError
             return answer
@@ -74,9 +80,11 @@ class DecoderProcess:
                 self._child.await_ready(START_S)
                 self._is_ready = True
         except OSError:
-            raise Unavailable(say("image.decoder-down", "The process that decodes images does not start."),
-                              FREE_MEMORY,
-                              reason="decoder-down") from None
+            raise Unavailable(
+                say("image.decoder-down", "The process that decodes images does not start."),
+                FREE_MEMORY,
+                reason="decoder-down",
+            ) from None
 
 
 class ImageDecoder:
@@ -86,7 +94,9 @@ class ImageDecoder:
     replaced at once. A caller waits at most patience_s for a free one. Use it as a context, or close() it.
     """
 
-    def __init__(self, limits: ImageLimits = DEFAULT_LIMITS, *, workers: int = 2, patience_s: float = 30.0) -> None:
+    def __init__(
+        self, limits: ImageLimits = DEFAULT_LIMITS, *, workers: int = 2, patience_s: float = 30.0
+    ) -> None:
         self.limits = limits
         self._patience_s = patience_s
         self._lock = threading.Lock()
@@ -128,14 +138,27 @@ class ImageDecoder:
             answer = worker.decode(data, declared)
         except TimeoutError:
             worker = self._replace(worker)
-            raise BadImage(say("image.slow", "The image took longer than {seconds:g} s to decode.",
-                               seconds=self.limits.wall_s), SCALE_DOWN, reason="slow-image") from None
+            raise BadImage(
+                say(
+                    "image.slow",
+                    "The image took longer than {seconds:g} s to decode.",
+                    seconds=self.limits.wall_s,
+                ),
+                SCALE_DOWN,
+                reason="slow-image",
+            ) from None
         except OSError:
             worker = self._replace(worker)
             if self._closed:
                 raise _shutting_down() from None
-            raise BadImage(say("image.crashed-decoder", "The image crashed the decoder. The decoder has been "
-                               "restarted."), RESAVE, reason="undecodable-image") from None
+            raise BadImage(
+                say(
+                    "image.crashed-decoder",
+                    "The image crashed the decoder. The decoder has been restarted.",
+                ),
+                RESAVE,
+                reason="undecodable-image",
+            ) from None
         except BaseException:
             worker = self._replace(worker)
             raise
@@ -146,8 +169,11 @@ class ImageDecoder:
         if answer.kind == decoder_worker.OTHER_SIZE:
             raise declared.other_size(*decoder_worker.SIZE.unpack(answer.body))
         if answer.kind == decoder_worker.OUT_OF_MEMORY:
-            raise BadImage(say("image.needs-memory", "The image needs more memory than a decoder is allowed."),
-                           SCALE_DOWN, reason="image-needs-memory")
+            raise BadImage(
+                say("image.needs-memory", "The image needs more memory than a decoder is allowed."),
+                SCALE_DOWN,
+                reason="image-needs-memory",
+            )
         raise declared.undecodable()
 
     def _take(self) -> DecoderProcess:
@@ -157,8 +183,11 @@ class ImageDecoder:
         try:
             worker = self._free.get(timeout=self._patience_s)
         except queue.Empty:
-            raise Unavailable(say("image.decoder-busy", "Too many images are being read at once."), TRY_AGAIN,
-                              reason="decoder-busy") from None
+            raise Unavailable(
+                say("image.decoder-busy", "Too many images are being read at once."),
+                TRY_AGAIN,
+                reason="decoder-busy",
+            ) from None
         return worker if worker.is_alive else self._replace(worker)
 
     def _replace(self, dead: DecoderProcess) -> DecoderProcess:

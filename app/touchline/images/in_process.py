@@ -19,7 +19,11 @@ from touchline.images.limits import DEFAULT_LIMITS, DeclaredImage, ImageLimits
 from touchline.images.screen import screen
 
 # libjpeg leaves out what a smaller picture does not show: an eighth costs a third of the whole
-REDUCED = ((8, cv2.IMREAD_REDUCED_COLOR_8), (4, cv2.IMREAD_REDUCED_COLOR_4), (2, cv2.IMREAD_REDUCED_COLOR_2))
+REDUCED = (
+    (8, cv2.IMREAD_REDUCED_COLOR_8),
+    (4, cv2.IMREAD_REDUCED_COLOR_4),
+    (2, cv2.IMREAD_REDUCED_COLOR_2),
+)
 
 ENCODED_MEDIA_TYPES = {"png": "image/png", "jpg": "image/jpeg"}
 PNG_COMPRESSION = 3  # of 9; a third slower files for a fifth of the bytes gained beyond it
@@ -42,7 +46,9 @@ def read_in_process(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> Frame:
 
 def _decoded(data: bytes, declared: DeclaredImage) -> Frame:
     try:
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+        pixels = cv2.imdecode(
+            np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+        )
     except cv2.error:
         pixels = None
     if pixels is None:
@@ -61,7 +67,9 @@ class JpegFrame(Frame):
     _decoded: NDArray[np.uint8] | None
 
     def __init__(self, jpeg: bytes, declared: DeclaredImage) -> None:
-        self.__dict__.update(jpeg=jpeg[:declared.length], _declared=declared, _lock=threading.Lock(), _decoded=None)
+        self.__dict__.update(
+            jpeg=jpeg[: declared.length], _declared=declared, _lock=threading.Lock(), _decoded=None
+        )
 
     @property
     def size(self) -> ImageSize:
@@ -88,7 +96,9 @@ class JpegFrame(Frame):
 
     def _decode(self, flag: int, width: int, height: int) -> NDArray[np.uint8]:
         try:
-            pixels = cv2.imdecode(np.frombuffer(self.jpeg, np.uint8), flag | cv2.IMREAD_IGNORE_ORIENTATION)
+            pixels = cv2.imdecode(
+                np.frombuffer(self.jpeg, np.uint8), flag | cv2.IMREAD_IGNORE_ORIENTATION
+            )
         except cv2.error:
             pixels = None
         if pixels is None:
@@ -102,13 +112,24 @@ class JpegFrame(Frame):
 def encode(pixels: NDArray[np.uint8], format: str = "png", quality: int = 90) -> bytes:
     """(height, width, 3) BGR or (height, width) grey uint8 as a PNG or JPEG file; quality 1–100 is JPEG's."""
     if format not in ENCODED_MEDIA_TYPES:
-        raise BadInput(f"Images cannot be written as {format!r}.",
-                       f"Use one of: {', '.join(ENCODED_MEDIA_TYPES)}.", reason="unknown-image-format")
+        raise BadInput(
+            f"Images cannot be written as {format!r}.",
+            f"Use one of: {', '.join(ENCODED_MEDIA_TYPES)}.",
+            reason="unknown-image-format",
+        )
     if not 1 <= quality <= 100:
-        raise BadInput(f"A JPEG quality of {quality} does not exist.", "Use 1 to 100.", reason="bad-quality")
-    options = {"png": [cv2.IMWRITE_PNG_COMPRESSION, PNG_COMPRESSION], "jpg": [cv2.IMWRITE_JPEG_QUALITY, quality]}
+        raise BadInput(
+            f"A JPEG quality of {quality} does not exist.", "Use 1 to 100.", reason="bad-quality"
+        )
+    options = {
+        "png": [cv2.IMWRITE_PNG_COMPRESSION, PNG_COMPRESSION],
+        "jpg": [cv2.IMWRITE_JPEG_QUALITY, quality],
+    }
     done, buffer = cv2.imencode(f".{format}", np.ascontiguousarray(pixels), options[format])
     if not done:
-        raise BadInput(say("image.not-encodable", "The image cannot be encoded."),
-                       say("image.use-png", "Use PNG, or a smaller image."), reason="not-encodable")
+        raise BadInput(
+            say("image.not-encodable", "The image cannot be encoded."),
+            say("image.use-png", "Use PNG, or a smaller image."),
+            reason="not-encodable",
+        )
     return buffer.tobytes()

@@ -10,7 +10,10 @@ RESAVE = say("image.resave", "Open it in an image program and save it again as P
 NO_PIXELS = say("image-damage.no-pixels", "it contains no pixels")
 NO_SIZE = say("image-damage.no-size", "its size is missing")
 SCALE_DOWN = say("image.scale-down", "Scale it down, or save it again as a standard JPEG.")
-SEND_AGAIN = say("image.send-again", "Copy or export the image again. The file is probably incomplete or damaged.")
+SEND_AGAIN = say(
+    "image.send-again",
+    "Copy or export the image again. The file is probably incomplete or damaged.",
+)
 
 
 @dataclass(frozen=True)
@@ -46,13 +49,30 @@ class DeclaredImage:
     is_plain: bool = field(default=False, compare=False)
 
     def undecodable(self) -> BadImage:
-        return BadImage(say("image.cannot-decode", "The {format} image cannot be decoded.", format=self.format.upper()),
-                        SEND_AGAIN, reason="undecodable-image")
+        return BadImage(
+            say(
+                "image.cannot-decode",
+                "The {format} image cannot be decoded.",
+                format=self.format.upper(),
+            ),
+            SEND_AGAIN,
+            reason="undecodable-image",
+        )
 
     def other_size(self, width: int, height: int) -> BadImage:
-        return BadImage(say("image.size-contradicts", "The image declares {width} × {height} px, but contains "
-                            "{found_width} × {found_height} px.", width=self.width, height=self.height,
-                            found_width=width, found_height=height), RESAVE, reason="image-size-mismatch")
+        return BadImage(
+            say(
+                "image.size-contradicts",
+                "The image declares {width} × {height} px, but contains "
+                "{found_width} × {found_height} px.",
+                width=self.width,
+                height=self.height,
+                found_width=width,
+                found_height=height,
+            ),
+            RESAVE,
+            reason="image-size-mismatch",
+        )
 
 
 DEFAULT_LIMITS = ImageLimits()
@@ -60,18 +80,27 @@ DEFAULT_LIMITS = ImageLimits()
 
 def damaged(what: str) -> BadImage:
     """The bytes contradict their own format; what: a clause about it."""
-    return BadImage(say("image.damaged", "The image is damaged: {cause}.", cause=what), SEND_AGAIN,
-                    reason="damaged-image")
+    return BadImage(
+        say("image.damaged", "The image is damaged: {cause}.", cause=what),
+        SEND_AGAIN,
+        reason="damaged-image",
+    )
 
 
 def truncated(kind: str) -> BadImage:
-    return BadImage(say("image.incomplete", "The {format} image is incomplete.", format=kind), SEND_AGAIN,
-                    reason="truncated-image")
+    return BadImage(
+        say("image.incomplete", "The {format} image is incomplete.", format=kind),
+        SEND_AGAIN,
+        reason="truncated-image",
+    )
 
 
 def animated(kind: str) -> BadImage:
-    return BadImage(say("image.animated", "The {format} image is animated.", format=kind),
-                    say("image.send-still", "Send a still image."), reason="animated-image")
+    return BadImage(
+        say("image.animated", "The {format} image is animated.", format=kind),
+        say("image.send-still", "Send a still image."),
+        reason="animated-image",
+    )
 
 
 def unsupported(what: str) -> BadImage:
@@ -82,13 +111,42 @@ def unsupported(what: str) -> BadImage:
 def checked_size(width: int, height: int, limits: ImageLimits) -> None:
     """Refuse an empty picture, one that no camera delivers, and one with more pixels than we would decode."""
     if width < 1 or height < 1:
-        raise damaged(say("image-damage.empty", "it declares {width} × {height} px", width=width, height=height))
-    if width > limits.max_side_px or height > limits.max_side_px or width * height > limits.max_pixels:
-        raise ImageTooLarge(say("image.too-large", "The image declares {width} × {height} px.", width=width,
-                                height=height),
-                            say("image.size-limit", "Send at most {most_megapixels:g} million pixels and {most_px} px "
-                                "per side. Scale it down or crop it.", most_megapixels=limits.max_pixels / 1e6,
-                                most_px=limits.max_side_px))
+        raise damaged(
+            say(
+                "image-damage.empty",
+                "it declares {width} × {height} px",
+                width=width,
+                height=height,
+            )
+        )
+    if (
+        width > limits.max_side_px
+        or height > limits.max_side_px
+        or width * height > limits.max_pixels
+    ):
+        raise ImageTooLarge(
+            say(
+                "image.too-large",
+                "The image declares {width} × {height} px.",
+                width=width,
+                height=height,
+            ),
+            say(
+                "image.size-limit",
+                "Send at most {most_megapixels:g} million pixels and {most_px} px "
+                "per side. Scale it down or crop it.",
+                most_megapixels=limits.max_pixels / 1e6,
+                most_px=limits.max_side_px,
+            ),
+        )
     if min(width, height) < MIN_SIDE_PX:
-        raise BadImage(say("image.too-small", "The image has {width} × {height} px.", width=width, height=height),
-                       say("image.send-full", "Send a full camera image."), reason="image-too-small")
+        raise BadImage(
+            say(
+                "image.too-small",
+                "The image has {width} × {height} px.",
+                width=width,
+                height=height,
+            ),
+            say("image.send-full", "Send a full camera image."),
+            reason="image-too-small",
+        )

@@ -65,13 +65,21 @@ NO_PIXEL_HEADER = say("image-damage.no-pixel-header", "its pixel data has no hea
 ANIMATION_FLAG = 0x02
 MAX_WEBP_CHUNKS = 1_000
 
-TIFF, JPEG_2000 = say("file-kind.tiff", "a TIFF image"), say("file-kind.jpeg-2000", "a JPEG 2000 image")
+TIFF, JPEG_2000 = (
+    say("file-kind.tiff", "a TIFF image"),
+    say("file-kind.jpeg-2000", "a JPEG 2000 image"),
+)
 REFUSED: dict[bytes, Sentence] = {  # so that the refusal can name what came
-    b"GIF8": say("file-kind.gif", "a GIF image"), b"II*\0": TIFF, b"MM\0*": TIFF,
-    b"\0\0\0\x0cjP": JPEG_2000, b"\xffO\xffQ": JPEG_2000,
+    b"GIF8": say("file-kind.gif", "a GIF image"),
+    b"II*\0": TIFF,
+    b"MM\0*": TIFF,
+    b"\0\0\0\x0cjP": JPEG_2000,
+    b"\xffO\xffQ": JPEG_2000,
     b"#?RADIANCE": say("file-kind.radiance", "a Radiance HDR image"),
-    b"v/1\x01": say("file-kind.openexr", "an OpenEXR image"), b"%PDF": say("file-kind.pdf", "a PDF document"),
-    b"<svg": say("file-kind.svg", "an SVG drawing"), b"PK": say("file-kind.zip", "a ZIP archive"),
+    b"v/1\x01": say("file-kind.openexr", "an OpenEXR image"),
+    b"%PDF": say("file-kind.pdf", "a PDF document"),
+    b"<svg": say("file-kind.svg", "an SVG drawing"),
+    b"PK": say("file-kind.zip", "a ZIP archive"),
 }
 
 
@@ -79,14 +87,18 @@ def screen_bmp(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of an uncompressed BMP; a negative height means that its first row is the top one."""
     if len(data) < FILE_HEADER_BYTES + 40:
         raise truncated("BMP")
-    pixels_at, header_bytes, width, height, planes, bits, compression = struct.unpack_from("<IIiiHHI", data, 10)
+    pixels_at, header_bytes, width, height, planes, bits, compression = struct.unpack_from(
+        "<IIiiHHI", data, 10
+    )
     if header_bytes not in HEADER_BYTES:
         raise unsupported(say("image.bmp-type", "The BMP image has an old or unknown type."))
     if planes != 1 or pixels_at < FILE_HEADER_BYTES + header_bytes:
         raise damaged(say("image-damage.header", "its header is inconsistent"))
     if bits not in BITS_PER_PIXEL.get(compression, ()):
         # Run lengths can declare 50 Mpx in a few bytes, and no camera writes them.
-        raise unsupported(say("image.bmp-format", "The BMP image is compressed or has an unusual pixel format."))
+        raise unsupported(
+            say("image.bmp-format", "The BMP image is compressed or has an unusual pixel format.")
+        )
     height = abs(height)
     checked_size(width, height, limits)
     row_bytes = (width * bits + 31) // 32 * 4
@@ -105,8 +117,12 @@ def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
         if marker == EOI:
             break
         if marker in OTHER_KINDS:
-            raise unsupported(say("image.jpeg-type",
-                                  "The JPEG image has an unsupported type (lossless, hierarchical or arithmetic)."))
+            raise unsupported(
+                say(
+                    "image.jpeg-type",
+                    "The JPEG image has an unsupported type (lossless, hierarchical or arithmetic).",
+                )
+            )
         if marker in PLAIN:
             if size:
                 raise damaged(say("image-damage.size-twice", "it declares its size twice"))
@@ -115,19 +131,31 @@ def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
         elif marker == SOS:
             scans += 1
             if size is None:
-                raise damaged(say("image-damage.pixels-before-size", "its pixels come before its size"))
+                raise damaged(
+                    say("image-damage.pixels-before-size", "its pixels come before its size")
+                )
             if scans > limits.max_jpeg_scans:
-                raise BadImage(say("image.too-many-scans", "The image has more than {most} scans.",
-                                   most=limits.max_jpeg_scans),
-                               say("image.save-again", "Save it again as a standard JPEG or as PNG."),
-                               reason="too-many-scans")
+                raise BadImage(
+                    say(
+                        "image.too-many-scans",
+                        "The image has more than {most} scans.",
+                        most=limits.max_jpeg_scans,
+                    ),
+                    say("image.save-again", "Save it again as a standard JPEG or as PNG."),
+                    reason="too-many-scans",
+                )
             found = NEXT_MARKER.search(data, position)
             if found is None:
                 raise truncated("JPEG")
             position = found.start()
         elif marker not in SEGMENTS:
-            raise damaged(say("image-damage.unknown-segment", "it contains an unknown segment ({marker})",
-                              marker=f"{marker:02X}"))
+            raise damaged(
+                say(
+                    "image-damage.unknown-segment",
+                    "it contains an unknown segment ({marker})",
+                    marker=f"{marker:02X}",
+                )
+            )
         has_tables |= marker == HUFFMAN and scans == 0
         is_turned |= marker == APP1
     else:
@@ -152,7 +180,7 @@ def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:
     length = struct.unpack_from(">H", data, position)[0]
     if position + length > len(data):
         raise truncated("JPEG")
-    return marker, memoryview(data)[position + 2:position + length], position + length
+    return marker, memoryview(data)[position + 2 : position + length], position + length
 
 
 def _size(body: memoryview) -> tuple[int, int]:
@@ -160,9 +188,14 @@ def _size(body: memoryview) -> tuple[int, int]:
         raise damaged(NO_SIZE)
     precision, height, width, components = struct.unpack_from(">BHHB", body)
     if precision != 8 or components not in (1, 3, 4):
-        raise unsupported(say("image.jpeg-components",
-                              "The JPEG image has {components} colour components of {bits} bits.",
-                              components=components, bits=precision))
+        raise unsupported(
+            say(
+                "image.jpeg-components",
+                "The JPEG image has {components} colour components of {bits} bits.",
+                components=components,
+                bits=precision,
+            )
+        )
     return width, height
 
 
@@ -188,10 +221,16 @@ def screen_png(data: bytes, limits: ImageLimits) -> DeclaredImage:
     if raw_bytes > compressed * DEFLATE_MAX_RATIO:
         raise truncated("PNG")
     if raw_bytes > max(limits.png_ratio_free_bytes, compressed * limits.max_png_ratio):
-        raise BadImage(say("image.decompresses-too-far", "The image decompresses to {ratio:.0f} times its size. This "
-                           "is not plausible for a camera image.", ratio=raw_bytes / compressed),
-                       say("image.send-original", "Send the original camera image, or save it as JPEG."),
-                       reason="image-bomb")
+        raise BadImage(
+            say(
+                "image.decompresses-too-far",
+                "The image decompresses to {ratio:.0f} times its size. This "
+                "is not plausible for a camera image.",
+                ratio=raw_bytes / compressed,
+            ),
+            say("image.send-original", "Send the original camera image, or save it as JPEG."),
+            reason="image-bomb",
+        )
     return DeclaredImage("png", width, height)
 
 
@@ -214,19 +253,27 @@ def _chunk(data: bytes, position: int) -> tuple[bytes, memoryview, int]:
     end = position + 8 + length
     if end + 4 > len(data):
         raise truncated("PNG")
-    body = memoryview(data)[position + 8:end]
+    body = memoryview(data)[position + 8 : end]
     critical = kind[:1].isupper()
     if critical and crc32(body, crc32(kind)) != struct.unpack_from(">I", data, end)[0]:
-        raise damaged(say("image-damage.checksum", "the checksum of its {chunk} chunk is wrong",
-                          chunk=kind.decode("latin-1")))
+        raise damaged(
+            say(
+                "image-damage.checksum",
+                "the checksum of its {chunk} chunk is wrong",
+                chunk=kind.decode("latin-1"),
+            )
+        )
     return kind, body, end + 4
 
 
 def screen_webp(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of a still WebP, lossy or lossless."""
     if len(data) < 20 or data[8:12] != b"WEBP":
-        raise (damaged(say("image-damage.not-webp", "it is a RIFF file, but not WebP")) if len(data) >= 12
-               else truncated("WebP"))
+        raise (
+            damaged(say("image-damage.not-webp", "it is a RIFF file, but not WebP"))
+            if len(data) >= 12
+            else truncated("WebP")
+        )
     end = 8 + struct.unpack_from("<I", data, 4)[0]
     if end > len(data):
         raise truncated("WebP")
@@ -237,7 +284,7 @@ def screen_webp(data: bytes, limits: ImageLimits) -> DeclaredImage:
         if position + 8 > end:
             break
         kind, length = struct.unpack_from("<4sI", data, position)
-        body = memoryview(data)[position + 8:position + 8 + length]
+        body = memoryview(data)[position + 8 : position + 8 + length]
         position += 8 + length + length % 2
         if position - length % 2 > end:
             raise truncated("WebP")
@@ -292,22 +339,34 @@ FORMATS: dict[bytes, Screen] = {  # by the bytes that a file begins with
 def screen(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> DeclaredImage:
     """What the picture declares itself to be; BadImage or ImageTooLarge if we would not decode it."""
     if not data:
-        raise BadImage(say("file.empty", "The file is empty."), say("file.choose-image", "Choose an image file."),
-                       reason="empty-image")
+        raise BadImage(
+            say("file.empty", "The file is empty."),
+            say("file.choose-image", "Choose an image file."),
+            reason="empty-image",
+        )
     if len(data) > limits.max_bytes:
-        raise ImageTooLarge(say("file.too-large", "The file has {mb:.1f} MB.", mb=len(data) / 1e6),
-                            say("file.size-limit", "Send at most {most_mb:g} MB. Save it as JPEG or scale it down.",
-                                most_mb=limits.max_bytes / 1e6), reason="image-file-too-large")
+        raise ImageTooLarge(
+            say("file.too-large", "The file has {mb:.1f} MB.", mb=len(data) / 1e6),
+            say(
+                "file.size-limit",
+                "Send at most {most_mb:g} MB. Save it as JPEG or scale it down.",
+                most_mb=limits.max_bytes / 1e6,
+            ),
+            reason="image-file-too-large",
+        )
     for magic, read in FORMATS.items():
         if data.startswith(magic):
             declared = read(data, limits)
             checked_size(declared.width, declared.height, limits)
             return declared
     kind = _kind(data)
-    raise BadImage(say("file.kind-not-supported", "This file is {kind}, which is not supported.", kind=kind) if kind
-                   else say("file.no-image", "The file is not an image."),
-                   join(say("file.use-image-format", "Use PNG, JPEG, BMP or WebP."), RESAVE),
-                   reason="unknown-image-format")
+    raise BadImage(
+        say("file.kind-not-supported", "This file is {kind}, which is not supported.", kind=kind)
+        if kind
+        else say("file.no-image", "The file is not an image."),
+        join(say("file.use-image-format", "Use PNG, JPEG, BMP or WebP."), RESAVE),
+        reason="unknown-image-format",
+    )
 
 
 def _kind(data: bytes) -> Sentence | None:

@@ -55,10 +55,18 @@ class CorrectedView:
     def _natural(self, model: Rectification | Calibration) -> ImageSize:
         corrected = model.corrected_size
         if not 0 <= self.margin_px <= 4096:
-            raise BadInput(f"A margin of {self.margin_px} px is not possible.", "Use 0 to 4096.", reason="bad-view")
+            raise BadInput(
+                f"A margin of {self.margin_px} px is not possible.",
+                "Use 0 to 4096.",
+                reason="bad-view",
+            )
         if self.width is not None and not 16 <= self.width <= 8192:
-            raise BadInput(f"A width of {self.width} px is not possible.", "Use 16 to 8192.", reason="bad-view")
-        return ImageSize(corrected.width + 2 * self.margin_px, corrected.height + 2 * self.margin_px)
+            raise BadInput(
+                f"A width of {self.width} px is not possible.", "Use 16 to 8192.", reason="bad-view"
+            )
+        return ImageSize(
+            corrected.width + 2 * self.margin_px, corrected.height + 2 * self.margin_px
+        )
 
     def corrected_from_view(self, model: Rectification, points: Points) -> Points:
         """Pixels of the drawn picture to corrected pixels."""
@@ -69,7 +77,9 @@ class CorrectedView:
         return (points + self.margin_px + 0.5) * self._scale(model) - 0.5
 
     def _scale(self, model: Rectification) -> Points:
-        return np.array([a / b for a, b in zip(self.size(model), self._natural(model), strict=True)])
+        return np.array(
+            [a / b for a, b in zip(self.size(model), self._natural(model), strict=True)]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,24 +98,41 @@ class CorrectionMap:
         return self._remap(pixels, cv2.INTER_CUBIC)
 
     def _remap(self, pixels: NDArray[np.uint8], interpolation: int) -> NDArray[np.uint8]:
-        return np.asarray(cv2.remap(pixels, *self._fixed, interpolation, borderMode=cv2.BORDER_CONSTANT,
-                                    borderValue=BORDER_BGR), np.uint8)
+        return np.asarray(
+            cv2.remap(
+                pixels,
+                *self._fixed,
+                interpolation,
+                borderMode=cv2.BORDER_CONSTANT,
+                borderValue=BORDER_BGR,
+            ),
+            np.uint8,
+        )
 
     @cached_property
     def _fixed(self) -> tuple[NDArray, NDArray]:
         """OpenCV's quicker pair of maps: int16 places and an index into 32 × 32 weights; NaN becomes outside."""
         outside = -30_000.0  # fits int16, and no picture begins there
-        x, y = (np.clip(np.nan_to_num(m, nan=outside), outside, -outside) for m in (self.raw_x, self.raw_y))
+        x, y = (
+            np.clip(np.nan_to_num(m, nan=outside), outside, -outside)
+            for m in (self.raw_x, self.raw_y)
+        )
         return cv2.convertMaps(x, y, cv2.CV_16SC2)
 
 
-def correction_map(model: Rectification, view: CorrectedView = CorrectedView(),
-                   progress: Progress = no_progress) -> CorrectionMap:
+def correction_map(
+    model: Rectification, view: CorrectedView = CorrectedView(), progress: Progress = no_progress
+) -> CorrectionMap:
     """The map for one view of one model."""
     size, natural = view.size(model), model.corrected_size
-    if size.width * size.height > min(max(natural.width * natural.height, MAX_ENLARGED_PX), MAX_MAP_PX):
-        raise BadInput(f"A corrected image of {size} is too large.",
-                       "Choose a smaller margin, width or rectangle size.", reason="bad-view")
+    if size.width * size.height > min(
+        max(natural.width * natural.height, MAX_ENLARGED_PX), MAX_MAP_PX
+    ):
+        raise BadInput(
+            f"A corrected image of {size} is too large.",
+            "Choose a smaller margin, width or rectangle size.",
+            reason="bad-view",
+        )
     raw_x = np.empty((size.height, size.width), np.float32)
     raw_y = np.empty_like(raw_x)
     x_c = view.corrected_from_view(model, np.arange(size.width)[:, None] * [1.0, 0.0])[:, 0]
@@ -148,19 +175,31 @@ class CorrectionMesh:
 
     def header(self) -> MeshHeader:
         rows, columns, _ = self.raw_px.shape
-        first, last = (-0.5 - self.view.margin_px, np.array(tuple(self.corrected_size)) - 0.5 + self.view.margin_px)
+        first, last = (
+            -0.5 - self.view.margin_px,
+            np.array(tuple(self.corrected_size)) - 0.5 + self.view.margin_px,
+        )
         step = (last - first) / (columns - 1, rows - 1)
-        return {"view": "corrected", "columns": columns, "rows": rows, "margin_px": self.view.margin_px,
-                "corrected_size": list(self.corrected_size), "image_size": list(self.image_size),
-                "first": [first, first], "step": step.tolist(), "error_px": round(self.error_px, 4)}
+        return {
+            "view": "corrected",
+            "columns": columns,
+            "rows": rows,
+            "margin_px": self.view.margin_px,
+            "corrected_size": list(self.corrected_size),
+            "image_size": list(self.image_size),
+            "first": [first, first],
+            "step": step.tolist(),
+            "error_px": round(self.error_px, 4),
+        }
 
     def data(self) -> bytes:
         """Return raw x and y of each node, row by row: little-endian float32."""
         return self.raw_px.astype("<f4").tobytes()
 
 
-def correction_mesh(model: CameraModel, margin_px: int = 0, columns: int | None = None,
-                    rows: int | None = None) -> CorrectionMesh:
+def correction_mesh(
+    model: CameraModel, margin_px: int = 0, columns: int | None = None, rows: int | None = None
+) -> CorrectionMesh:
     """Return the mesh of a model's corrected view: of so many nodes, else of as few as keep MAX_ERROR_PX.
 
     Where even MAX_NODES do not keep it, its error_px says so.
@@ -169,9 +208,14 @@ def correction_mesh(model: CameraModel, margin_px: int = 0, columns: int | None 
     size = view.size(model)
     for count in (columns, rows):
         if count is not None and not 2 <= count <= MAX_NODES:
-            raise BadInput(f"A mesh with {count} nodes in a row or column is not possible.", f"Use 2 to {MAX_NODES}.",
-                           reason="bad-mesh")
-    wanted = columns or (max(2, round((rows - 1) * size.width / size.height) + 1) if rows else FIRST_COLUMNS)
+            raise BadInput(
+                f"A mesh with {count} nodes in a row or column is not possible.",
+                f"Use 2 to {MAX_NODES}.",
+                reason="bad-mesh",
+            )
+    wanted = columns or (
+        max(2, round((rows - 1) * size.width / size.height) + 1) if rows else FIRST_COLUMNS
+    )
     while True:
         mesh = _mesh(model, view, min(wanted, MAX_NODES), rows)
         if columns or rows or mesh.error_px <= MAX_ERROR_PX or max(mesh.raw_px.shape) >= MAX_NODES:
@@ -181,7 +225,9 @@ def correction_mesh(model: CameraModel, margin_px: int = 0, columns: int | None 
         wanted = 1 + int(np.ceil((wanted - 1) * min(finer, 4.0)))
 
 
-def _mesh(model: CameraModel, view: CorrectedView, columns: int, rows: int | None) -> CorrectionMesh:
+def _mesh(
+    model: CameraModel, view: CorrectedView, columns: int, rows: int | None
+) -> CorrectionMesh:
     """Return the mesh of so many columns, its cells about square unless the rows are given."""
     size = view.size(model)
     if rows is None:
@@ -196,8 +242,13 @@ def _mesh(model: CameraModel, view: CorrectedView, columns: int, rows: int | Non
     off = np.hypot(*np.moveaxis(_halved(nodes) - exact, -1, 0))
     with np.errstate(invalid="ignore"):
         is_seen = ((exact > -1.0) & (exact < tuple(model.image_size))).all(axis=-1)
-    return CorrectionMesh(nodes.astype(np.float32), view, model.corrected_size, model.image_size,
-                          float(np.max(off, initial=0.0, where=is_seen & np.isfinite(off))))
+    return CorrectionMesh(
+        nodes.astype(np.float32),
+        view,
+        model.corrected_size,
+        model.image_size,
+        float(np.max(off, initial=0.0, where=is_seen & np.isfinite(off))),
+    )
 
 
 def _halved(nodes: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -51,11 +51,17 @@ class DaskCluster:
     def __init__(self, address: str) -> None:
         found = ADDRESS.fullmatch(address)
         if found is None or int(found["port"]) > 65535:
-            raise BadInput(f"{address!r} is not the address of a scheduler.", "Enter it as dask://host:port.",
-                           reason="bad-settings")
+            raise BadInput(
+                f"{address!r} is not the address of a scheduler.",
+                "Enter it as dask://host:port.",
+                reason="bad-settings",
+            )
         if importlib.util.find_spec("distributed") is None:
-            raise Unavailable("Jobs on a cluster need the Python package distributed.",
-                              join(install_package("distributed"), "Or set jobs.engine to local."), reason="no-dask")
+            raise Unavailable(
+                "Jobs on a cluster need the Python package distributed.",
+                join(install_package("distributed"), "Or set jobs.engine to local."),
+                reason="no-dask",
+            )
         self._host, self._port, self._tls = found["host"], int(found["port"]), bool(found["tls"])
         self._client: Any = None
         self._inboxes: dict[str, queue.SimpleQueue[dict[str, Any]]] = {}
@@ -125,28 +131,52 @@ class DaskCluster:
 
     def _new_client(self) -> Any:
         from distributed import Client, Security
+
         try:
             security = Security(require_encryption=True) if self._tls else None
             # Asked here, since a client that has failed leaves the thread of its loop behind.
-            if security is not None and security.get_connection_args("client")["ssl_context"] is None:
+            if (
+                security is not None
+                and security.get_connection_args("client")["ssl_context"] is None
+            ):
                 raise ValueError("no certificate is set.")
-            return Client(f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}", timeout=HANDSHAKE_S,
-                          security=security, set_as_default=False, name="touchline")
+            return Client(
+                f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}",
+                timeout=HANDSHAKE_S,
+                security=security,
+                set_as_default=False,
+                name="touchline",
+            )
         except (RuntimeError, TypeError, ValueError) as error:
-            raise Unavailable(f"Dask refuses to connect to {self._host}:{self._port}: {str(error)[:200]}",
-                              "Correct Dask's TLS settings: the files of the certificates and the key.",
-                              reason="no-scheduler") from None
+            raise Unavailable(
+                f"Dask refuses to connect to {self._host}:{self._port}: {str(error)[:200]}",
+                "Correct Dask's TLS settings: the files of the certificates and the key.",
+                reason="no-scheduler",
+            ) from None
 
     def _unreachable(self) -> TouchlineError:
-        return Unavailable(say("cluster.no-scheduler", "The cluster's scheduler at {host}:{port} is not responding.",
-                               host=self._host, port=self._port),
-                           say("cluster.start-scheduler", "Start it: dask scheduler --port {port}, then workers; or "
-                               "set jobs.engine to local.", port=self._port), reason="no-scheduler")
+        return Unavailable(
+            say(
+                "cluster.no-scheduler",
+                "The cluster's scheduler at {host}:{port} is not responding.",
+                host=self._host,
+                port=self._port,
+            ),
+            say(
+                "cluster.start-scheduler",
+                "Start it: dask scheduler --port {port}, then workers; or "
+                "set jobs.engine to local.",
+                port=self._port,
+            ),
+            reason="no-scheduler",
+        )
 
     def _on_event(self, event: tuple[float, dict[str, Any]]) -> None:
         message = event[1]
         inbox = self._inboxes.get(message.get("key", ""))
-        if inbox is not None and (message["kind"] != "progress" or math.isfinite(message["fraction"])):
+        if inbox is not None and (
+            message["kind"] != "progress" or math.isfinite(message["fraction"])
+        ):
             inbox.put(message)
 
     def _on_cluster_event(self, event: tuple[float, dict[str, Any]]) -> None:
@@ -162,7 +192,9 @@ class DaskRunner:
         self._cluster = cluster
         self._closed = False
 
-    def run(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> Any:
+    def run(
+        self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float
+    ) -> Any:
         """Do a job and return its result; see runner.py."""
         job = self._cluster.submit(run, spec, lambda: is_wanted() and not self._closed)
         try:
@@ -178,7 +210,9 @@ class DaskRunner:
     def close(self) -> None:
         self._cluster.close()
 
-    def _follow(self, job: SubmittedJob, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> None:
+    def _follow(
+        self, job: SubmittedJob, report: Report, is_wanted: Callable[[], bool], wall_s: float
+    ) -> None:
         """Wait until it has ended."""
         start, worker, has_said_so = time.monotonic(), None, False
         deadline = start + wall_s
@@ -187,13 +221,23 @@ class DaskRunner:
             if self._closed or not is_wanted():
                 raise JobStopped
             if now > deadline:
-                raise JobTimeout if worker else Unavailable(say("cluster.no-worker", "No worker of the cluster was "
-                                                                "available for the job within {seconds:g} s.",
-                                                                seconds=wall_s),
-                                                            say("cluster.start-workers",
-                                                                "Start more workers: dask worker "
-                                                                "tcp://SCHEDULER:8786 --nthreads 1."),
-                                                            reason="no-free-worker")
+                raise (
+                    JobTimeout
+                    if worker
+                    else Unavailable(
+                        say(
+                            "cluster.no-worker",
+                            "No worker of the cluster was "
+                            "available for the job within {seconds:g} s.",
+                            seconds=wall_s,
+                        ),
+                        say(
+                            "cluster.start-workers",
+                            "Start more workers: dask worker tcp://SCHEDULER:8786 --nthreads 1.",
+                        ),
+                        reason="no-free-worker",
+                    )
+                )
             if worker is None and not has_said_so and now > start + WAITING_NOTICE_S:
                 has_said_so = True
                 report(0.0, "Waiting for a worker of the cluster")
@@ -213,6 +257,7 @@ class DaskRunner:
 
     def _answer(self, job: SubmittedJob) -> Any:
         from distributed import KilledWorker
+
         try:
             answer = json.loads(job.future.result(timeout=ANSWER_S))
         except (CancelledError, OSError):  # the scheduler is gone, or the worker with its result
@@ -221,11 +266,20 @@ class DaskRunner:
         except KilledWorker:
             raise WorkerDied from None
         except Exception as error:
-            raise Unavailable(say("cluster.cannot-run", "The cluster cannot run Touchline's jobs: {kind}: {error}",
-                                  kind=type(error).__name__, error=str(error)[:200]),
-                              say("cluster.same-versions", "Install the same versions of Python, of Touchline and of "
-                                  "distributed on its scheduler and its workers."),
-                              reason="cluster-differs") from None
+            raise Unavailable(
+                say(
+                    "cluster.cannot-run",
+                    "The cluster cannot run Touchline's jobs: {kind}: {error}",
+                    kind=type(error).__name__,
+                    error=str(error)[:200],
+                ),
+                say(
+                    "cluster.same-versions",
+                    "Install the same versions of Python, of Touchline and of "
+                    "distributed on its scheduler and its workers.",
+                ),
+                reason="cluster-differs",
+            ) from None
         if "lost" in answer:
             raise WorkerDied
         if "problem" in answer:

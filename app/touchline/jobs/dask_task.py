@@ -15,8 +15,10 @@ from touchline.installation import __version__
 from touchline.jobs.worker_main import execute
 
 MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees
-SHARE = ("Make the server's data folder available to every worker under the same path, such as a shared folder, or "
-         "set jobs.engine to local. If it is available, upload the image again.")
+SHARE = (
+    "Make the server's data folder available to every worker under the same path, such as a shared folder, or "
+    "set jobs.engine to local. If it is available, upload the image again."
+)
 
 
 def do(request_text: str) -> str:
@@ -27,9 +29,17 @@ def do(request_text: str) -> str:
     request = json.loads(request_text)
     if request["version"] != __version__:
         detail = f"The cluster's workers have Touchline {__version__}, the server has {request['version']}."
-        return json.dumps({"problem": {"reason": "cluster-differs", "title": "Cluster differs", "status": 503,
-                                       "detail": detail,
-                                       "fix": "Install the same version on all machines and restart the workers."}})
+        return json.dumps(
+            {
+                "problem": {
+                    "reason": "cluster-differs",
+                    "title": "Cluster differs",
+                    "status": 503,
+                    "detail": detail,
+                    "fix": "Install the same version on all machines and restart the workers.",
+                }
+            }
+        )
     # Dask gives the job of a lost worker to the next one by itself. How often it may lose one is for the server to
     # count, so whoever finds it begun says so and does nothing. (The name of one whose worker dies stays behind on
     # the scheduler, some fifty bytes.)
@@ -51,7 +61,10 @@ def do(request_text: str) -> str:
             reported_at, reported = now, message
             # plain for Dask's own encoding
             said = stated({"message": message}) | {"message": str(message)}
-            worker.log_event(request["topic"], {"key": key, "kind": "progress", "fraction": float(fraction), **said})
+            worker.log_event(
+                request["topic"],
+                {"key": key, "kind": "progress", "fraction": float(fraction), **said},
+            )
 
     cv2.setNumThreads(1)
     is_done, value = execute(request["run"], request["spec"], progress)

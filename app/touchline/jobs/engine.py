@@ -22,7 +22,14 @@ from touchline.core.sentences import SHUTTING_DOWN, TRY_WHEN_BACK
 from touchline.core.statements import Sentence, say
 from touchline.jobs.dask_runner import DaskCluster, DaskRunner
 from touchline.jobs.registry import START_AGAIN, JobRegistry, JobTable
-from touchline.jobs.runner import MAX_ATTEMPTS, JobRunner, JobStopped, ProcessRunner, WorkerDied, problem_of_failure
+from touchline.jobs.runner import (
+    MAX_ATTEMPTS,
+    JobRunner,
+    JobStopped,
+    ProcessRunner,
+    WorkerDied,
+    problem_of_failure,
+)
 
 PACKAGES = ("app.", "touchline.")
 FORMER_NAMES = {
@@ -79,15 +86,37 @@ def check_room(caller: Caller, waiting: Sequence[Caller]) -> None:
     of_address = sum(one.address == caller.address for one in waiting)
     left = MAX_QUEUED - (len(waiting) - of_address)
     limits: tuple[tuple[int, int, Callable[[], Sentence]], ...] = (
-        (len(waiting), MAX_QUEUED, lambda: say("job.too-many", "{jobs} jobs are already waiting.", jobs=len(waiting))),
-        (waiting.count(caller), MAX_QUEUED_EACH, lambda: say(
-            "job.too-many-of-yours", "{jobs} of your jobs are already waiting.", jobs=MAX_QUEUED_EACH)),
-        (of_address, (left + 1) // 2, lambda: say(
-            "job.too-many-of-address", "{jobs} jobs from your address are already waiting.", jobs=of_address)))
+        (
+            len(waiting),
+            MAX_QUEUED,
+            lambda: say("job.too-many", "{jobs} jobs are already waiting.", jobs=len(waiting)),
+        ),
+        (
+            waiting.count(caller),
+            MAX_QUEUED_EACH,
+            lambda: say(
+                "job.too-many-of-yours",
+                "{jobs} of your jobs are already waiting.",
+                jobs=MAX_QUEUED_EACH,
+            ),
+        ),
+        (
+            of_address,
+            (left + 1) // 2,
+            lambda: say(
+                "job.too-many-of-address",
+                "{jobs} jobs from your address are already waiting.",
+                jobs=of_address,
+            ),
+        ),
+    )
     for jobs, most, what in limits:
         if jobs >= most:
-            raise Busy(what(), say("job.wait-or-cancel", "Wait until some have ended, or cancel some."),
-                       reason="too-many-jobs")
+            raise Busy(
+                what(),
+                say("job.wait-or-cancel", "Wait until some have ended, or cancel some."),
+                reason="too-many-jobs",
+            )
 
 
 class FairQueue(Generic[Item]):
@@ -104,7 +133,9 @@ class FairQueue(Generic[Item]):
         """Let it wait. before_…: how many jobs that address, and that name behind it, have under way already."""
         with self._lock:
             number = next(self._numbers)
-            heapq.heappush(self._waiting.setdefault(caller.address, []), (before_of_name, number, item))
+            heapq.heappush(
+                self._waiting.setdefault(caller.address, []), (before_of_name, number, item)
+            )
             self._turns.put((before_of_address, number, caller.address))
 
     def get(self) -> Item | None:
@@ -144,9 +175,18 @@ class JobEngine:
     at once. result_savers: by name, what stores the results that are worth storing.
     """
 
-    def __init__(self, workers: int = 2, *, engine: str = "local", wall_s: float = 600.0, kept: int = 100,
-                 kept_s: float = KEPT_S, memory_bytes: int = MEMORY_BYTES, functions: Mapping[str, str] | None = None,
-                 result_savers: dict[str, ResultSaver] | None = None) -> None:
+    def __init__(
+        self,
+        workers: int = 2,
+        *,
+        engine: str = "local",
+        wall_s: float = 600.0,
+        kept: int = 100,
+        kept_s: float = KEPT_S,
+        memory_bytes: int = MEMORY_BYTES,
+        functions: Mapping[str, str] | None = None,
+        result_savers: dict[str, ResultSaver] | None = None,
+    ) -> None:
         self._wall_s = wall_s
         self._functions = functions or {}
         self._names = {function: name for name, function in self._functions.items()}
@@ -156,7 +196,9 @@ class JobEngine:
         self._callers: dict[str, Caller] = {}  # of jobs that have not ended
         self._queue: FairQueue[tuple[str, JobSpec]] = FairQueue()
         if engine == "local":
-            self._runners: list[JobRunner] = [ProcessRunner(memory_bytes, modules) for _ in range(workers)]
+            self._runners: list[JobRunner] = [
+                ProcessRunner(memory_bytes, modules) for _ in range(workers)
+            ]
         else:
             cluster = DaskCluster(engine)
             self._runners = [DaskRunner(cluster) for _ in range(workers)]
@@ -176,8 +218,17 @@ class JobEngine:
                 if job.attempt > MAX_ATTEMPTS:
                     self._fail(job.id, WorkerDied())
                 elif spec is None or not self._is_known(spec):
-                    self._fail(job.id, Unavailable(say("job.not-supported", "This version of Touchline does not "
-                                                       "support this job."), START_AGAIN, reason="job-lost"))
+                    self._fail(
+                        job.id,
+                        Unavailable(
+                            say(
+                                "job.not-supported",
+                                "This version of Touchline does not support this job.",
+                            ),
+                            START_AGAIN,
+                            reason="job-lost",
+                        ),
+                    )
                 else:
                     self._queue.put((job.id, spec), NOBODY, 0, 0)
             if not self._queue.is_empty:
@@ -188,13 +239,24 @@ class JobEngine:
         """Hold new jobs back while the block exchanges their table; Conflict while any has not ended."""
         with self._lock:
             if any(not job.ended for job in self._registry.all()):
-                raise Conflict(say("job.under-way", "Jobs are still running or waiting."),
-                               say("job.wait-or-cancel-all", "Wait until they have ended, or cancel them."),
-                               reason="jobs-under-way")
+                raise Conflict(
+                    say("job.under-way", "Jobs are still running or waiting."),
+                    say("job.wait-or-cancel-all", "Wait until they have ended, or cancel them."),
+                    reason="jobs-under-way",
+                )
             yield
 
-    def start(self, kind: str, run: Run, spec: Any, saver: str | None = None, context: Any = None, *,
-              durable: bool = True, caller: Caller = NOBODY) -> Job:
+    def start(
+        self,
+        kind: str,
+        run: Run,
+        spec: Any,
+        saver: str | None = None,
+        context: Any = None,
+        *,
+        durable: bool = True,
+        caller: Caller = NOBODY,
+    ) -> Job:
         """Queue a job. run: a top-level function; spec: plain JSON for it.
 
         saver: the name of a result saver, called here with what run returned and the context (plain JSON) when that is
@@ -210,7 +272,9 @@ class JobEngine:
             if self.closed:
                 raise Unavailable(SHUTTING_DOWN, TRY_WHEN_BACK, reason="shutting-down")
             under_way = [job for job in self._registry.all() if not job.ended]
-            self._callers = callers = {job.id: self._callers.get(job.id, NOBODY) for job in under_way}
+            self._callers = callers = {
+                job.id: self._callers.get(job.id, NOBODY) for job in under_way
+            }
             check_room(caller, [callers[job.id] for job in under_way if job.state == "queued"])
             of_address = [one for one in callers.values() if one.address == caller.address]
             job = self._registry.add(kind, job_spec)
@@ -263,7 +327,9 @@ class JobEngine:
 
     def _start_threads(self) -> None:
         if not self._threads:
-            self._threads = [Thread(target=self._serve, args=(runner,), daemon=True) for runner in self._runners]
+            self._threads = [
+                Thread(target=self._serve, args=(runner,), daemon=True) for runner in self._runners
+            ]
             for thread in self._threads:
                 thread.start()
 
@@ -273,8 +339,13 @@ class JobEngine:
             try:
                 if self.closed or not self._registry.begin(id):
                     continue  # cancelled while it waited
-                made = runner.run(self._functions.get(spec.run, spec.run), spec.spec,
-                                  partial(self._registry.report, id), partial(self._is_wanted, id), self._wall_s)
+                made = runner.run(
+                    self._functions.get(spec.run, spec.run),
+                    spec.spec,
+                    partial(self._registry.report, id),
+                    partial(self._is_wanted, id),
+                    self._wall_s,
+                )
                 self._registry.complete(id, partial(self._save, spec, made))
             except JobStopped:
                 pass  # the registry has said so already
@@ -289,9 +360,15 @@ class JobEngine:
         attempt = self._registry.get(id).attempt + 1
         if attempt > MAX_ATTEMPTS:
             self._fail(id, error)
-        elif self._registry.requeue(id, say(
-                "job.worker-lost", "Its worker was lost; waiting for attempt {attempt} of {attempts}", attempt=attempt,
-                attempts=MAX_ATTEMPTS)):
+        elif self._registry.requeue(
+            id,
+            say(
+                "job.worker-lost",
+                "Its worker was lost; waiting for attempt {attempt} of {attempts}",
+                attempt=attempt,
+                attempts=MAX_ATTEMPTS,
+            ),
+        ):
             # It may be to blame: the others go first.
             self._queue.put((id, spec), self._callers.get(id, NOBODY), MAX_QUEUED, MAX_QUEUED)
 

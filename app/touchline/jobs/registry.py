@@ -66,8 +66,13 @@ class JobRegistry:
         for stored in reversed(table.list(MAX_ROWS)):
             job = replace(stored, spec=None)
             if not job.ended:
-                job = replace(job, state="queued", progress=0.0, attempt=job.attempt + (job.state == "running"),
-                              message=WAITING_AGAIN)
+                job = replace(
+                    job,
+                    state="queued",
+                    progress=0.0,
+                    attempt=job.attempt + (job.state == "running"),
+                    message=WAITING_AGAIN,
+                )
                 unfinished.append((job, JobSpec.from_json(stored.spec)))
             self._jobs[job.id] = job
             self._durable.add(job.id)
@@ -94,10 +99,13 @@ class JobRegistry:
         with self._lock:
             job = self._jobs.get(id) or self._unlisted.get(id)
         if job is None:
-            raise NotFound(f"There is no job {id!r}.", f"List jobs with GET /api/v1/jobs. The last {self._kept} ended "
-                                                       "jobs are listed, and all jobs that ended in the last "
-                                                       f"{self._kept_s / 60:g} minutes.",
-                           reason="unknown-job")
+            raise NotFound(
+                f"There is no job {id!r}.",
+                f"List jobs with GET /api/v1/jobs. The last {self._kept} ended "
+                "jobs are listed, and all jobs that ended in the last "
+                f"{self._kept_s / 60:g} minutes.",
+                reason="unknown-job",
+            )
         return job
 
     def all(self) -> tuple[Job, ...]:
@@ -112,19 +120,25 @@ class JobRegistry:
     def begin(self, id: str) -> bool:
         """Note that it runs; False where it has been cancelled. TouchlineError where no row says so."""
         with self._changing:
-            return self._change(id, must_save=True, state="running", message=say("job.starting", "Starting"))
+            return self._change(
+                id, must_save=True, state="running", message=say("job.starting", "Starting")
+            )
 
     def report(self, id: str, progress: float, message: str) -> None:
         """Note how far it has come."""
         message = message if len(message) <= MAX_MESSAGE else message[:MAX_MESSAGE]
         with self._lock:
             if id in self._jobs and not self._jobs[id].ended:
-                self._jobs[id] = replace(self._jobs[id], progress=min(max(progress, 0.0), 1.0), message=message)
+                self._jobs[id] = replace(
+                    self._jobs[id], progress=min(max(progress, 0.0), 1.0), message=message
+                )
 
     def requeue(self, id: str, message: str) -> bool:
         """Let it wait for another attempt after its worker was lost; False where it has ended meanwhile."""
         with self._changing:
-            return self._change(id, state="queued", attempt=self.get(id).attempt + 1, progress=0.0, message=message)
+            return self._change(
+                id, state="queued", attempt=self.get(id).attempt + 1, progress=0.0, message=message
+            )
 
     def complete(self, id: str, save: Callable[[], Any]) -> bool:
         """End it with the result that `save` returns, stored together with the row or not at all.
@@ -135,7 +149,9 @@ class JobRegistry:
             if id not in self._jobs or self._jobs[id].ended:
                 return False
             self._completing.add(id)
-            job = self._jobs[id] = replace(self._jobs[id], message=say("job.saving", "Saving the result"))
+            job = self._jobs[id] = replace(
+                self._jobs[id], message=say("job.saving", "Saving the result")
+            )
         table = self._table_of(id)
         with table.transaction() if table else nullcontext():
             job = _changed(job, state="done", progress=1.0, message=PROGRESS_DONE, result=save())
@@ -153,7 +169,9 @@ class JobRegistry:
     def cancel(self, id: str, message: str = CANCELLED) -> bool:
         """End it, unless it has ended or its result is being kept."""
         with self._changing:
-            return id not in self._completing and self._change(id, state="cancelled", message=message)
+            return id not in self._completing and self._change(
+                id, state="cancelled", message=message
+            )
 
     def suspend(self, id: str) -> bool:
         """Stop it with the server.
@@ -163,8 +181,15 @@ class JobRegistry:
         if self._table_of(id) is None:
             return self.cancel(id, say("job.server-stopped", "The server was stopped"))
         with self._changing:
-            return id not in self._completing and self._change(id, state="queued", progress=0.0, message=say(
-                "job.continues", "The server was stopped. The job continues when the server is back"))
+            return id not in self._completing and self._change(
+                id,
+                state="queued",
+                progress=0.0,
+                message=say(
+                    "job.continues",
+                    "The server was stopped. The job continues when the server is back",
+                ),
+            )
 
     def _table_of(self, id: str) -> JobTable | None:
         return self._table if id in self._durable else None
@@ -205,11 +230,14 @@ class JobRegistry:
     def _forget_old(self) -> None:
         with self._lock:
             ended = [job for job in self._jobs.values() if job.ended]
-            for job in ended[:max(0, len(ended) - self._kept)]:
+            for job in ended[: max(0, len(ended) - self._kept)]:
                 self._unlisted[job.id] = self._jobs.pop(job.id)
             recent, excess = _now(-self._kept_s), len(self._unlisted) - MAX_UNLISTED
-            old = [job.id for n, job in enumerate(self._unlisted.values())
-                   if n < excess or (job.ended_at or "") <= recent]
+            old = [
+                job.id
+                for n, job in enumerate(self._unlisted.values())
+                if n < excess or (job.ended_at or "") <= recent
+            ]
             stored = [id for id in old if id in self._durable]
             for id in old:
                 del self._unlisted[id]

@@ -51,7 +51,9 @@ class JobFailed(Exception):
 class JobRunner(Protocol):
     """Runs one job at a time. Only end() may be called by another thread than its own."""
 
-    def run(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> Any:
+    def run(
+        self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float
+    ) -> Any:
         """Do a job once and return its result, plain JSON; run is "module:function".
 
         is_wanted: asked several times a second; once it says no, the job is stopped or abandoned. Raises one of the
@@ -76,22 +78,46 @@ def _explained(error: Exception, wall_s: float) -> TouchlineError:
     if isinstance(error, TouchlineError):
         return error
     if isinstance(error, WorkerDied):
-        return Unavailable(say("job.process-died", "The process that ran this job ended before the job was "
-                               "complete, {times} times.", times=MAX_ATTEMPTS),
-                           say("job.reduce-or-check-workers", "Reduce the size of the job. On a cluster, check "
-                               "the memory limit and the log of its workers."), reason="worker-died")
+        return Unavailable(
+            say(
+                "job.process-died",
+                "The process that ran this job ended before the job was complete, {times} times.",
+                times=MAX_ATTEMPTS,
+            ),
+            say(
+                "job.reduce-or-check-workers",
+                "Reduce the size of the job. On a cluster, check "
+                "the memory limit and the log of its workers.",
+            ),
+            reason="worker-died",
+        )
     if isinstance(error, JobTimeout):
-        return BadInput(say("job.too-long", "The job took longer than {seconds:g} s.", seconds=wall_s),
-                        say("job.reduce", "Reduce the size of the job."), reason="job-too-long")
+        return BadInput(
+            say("job.too-long", "The job took longer than {seconds:g} s.", seconds=wall_s),
+            say("job.reduce", "Reduce the size of the job."),
+            reason="job-too-long",
+        )
     if isinstance(error, JobFailed) and error.problem["reason"] == "job-needs-memory":
-        return BadInput(say("job.needs-memory", "The job needs more memory than it is allowed."),
-                        say("job.fewer-images", "Use fewer or smaller images."), reason="job-needs-memory")
+        return BadInput(
+            say("job.needs-memory", "The job needs more memory than it is allowed."),
+            say("job.fewer-images", "Use fewer or smaller images."),
+            reason="job-needs-memory",
+        )
     id = secrets.token_hex(4)
-    log.error("unexpected error %s in a job: %s", id,
-              error.problem.get("trace") if isinstance(error, JobFailed) else repr(error))
-    return Unavailable(say("job.unexpected", "An unexpected error occurred (error {error}).", error=id),
-                       say("job.report-error", "Try again. If the error remains, report it with the log around "
-                           "error {error}.", error=id), reason="unexpected")
+    log.error(
+        "unexpected error %s in a job: %s",
+        id,
+        error.problem.get("trace") if isinstance(error, JobFailed) else repr(error),
+    )
+    return Unavailable(
+        say("job.unexpected", "An unexpected error occurred (error {error}).", error=id),
+        say(
+            "job.report-error",
+            "Try again. If the error remains, report it with the log around error {error}.",
+            error=id,
+        ),
+        reason="unexpected",
+    )
 
 
 class ProcessRunner:
@@ -120,11 +146,15 @@ class ProcessRunner:
         child = self._child
         return child.pid if child and child.is_alive else None
 
-    def run(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> Any:
+    def run(
+        self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float
+    ) -> Any:
         """Do a job and return its result; see runner.py."""
         return json.loads(self.run_to_text(run, spec, report, is_wanted, wall_s))
 
-    def run_to_text(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> bytes:
+    def run_to_text(
+        self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float
+    ) -> bytes:
         """Do a job and return its result as JSON text, in ASCII; otherwise as run.
 
         A process that stood idle may have died unseen: a job that it never began is given to a new one.
@@ -149,8 +179,9 @@ class ProcessRunner:
         with self._lock:
             self._close()
 
-    def _run_once(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool],
-                  wall_s: float) -> bytes:
+    def _run_once(
+        self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float
+    ) -> bytes:
         deadline = time.monotonic() + wall_s
         self._number += 1
         self._has_begun = False
@@ -165,7 +196,9 @@ class ProcessRunner:
             self.close()
             raise
 
-    def _follow(self, child: ChildProcess, report: Report, is_wanted: Callable[[], bool], deadline: float) -> bytes:
+    def _follow(
+        self, child: ChildProcess, report: Report, is_wanted: Callable[[], bool], deadline: float
+    ) -> bytes:
         stopping = False
         while True:
             if not stopping and not is_wanted():
@@ -194,7 +227,9 @@ class ProcessRunner:
             if self._child is not None and self._child.is_alive:
                 return self._child
             self._close()
-            self._child = child = ChildProcess(self._program, {"modules": self._modules}, max_body=MAX_ANSWER_BYTES)
+            self._child = child = ChildProcess(
+                self._program, {"modules": self._modules}, max_body=MAX_ANSWER_BYTES
+            )
         child.await_ready(START_S)
         return child
 

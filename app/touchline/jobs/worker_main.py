@@ -71,7 +71,9 @@ class JobWorker:
             now = time.monotonic()
             if message != self._reported or now - self._reported_at >= MIN_INTERVAL_S:
                 self._reported_at, self._reported = now, message
-                self._send(PROGRESS, number, stated({"fraction": float(fraction), "message": message}))
+                self._send(
+                    PROGRESS, number, stated({"fraction": float(fraction), "message": message})
+                )
 
         self._send(BEGUN, number, {})
         is_done, value = execute(job["run"], job["spec"], progress)

@@ -27,7 +27,12 @@ from touchline.league.packet import (
     published_cameras,
 )
 from touchline.league.received import RemotePublisher
-from touchline.network.multicast import Datagram, MulticastAddress, MulticastReceiver, MulticastSender
+from touchline.network.multicast import (
+    Datagram,
+    MulticastAddress,
+    MulticastReceiver,
+    MulticastSender,
+)
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket
 
@@ -58,7 +63,12 @@ class PublishStatus:
 
     def to_json(self) -> JsonObject:
         age_s = None if self.last_s is None else round(time.monotonic() - self.last_s, 3)
-        return {"packets": self.packets, "bytes": len(self.packet), "age_s": age_s, "failures": self.failures}
+        return {
+            "packets": self.packets,
+            "bytes": len(self.packet),
+            "age_s": age_s,
+            "failures": self.failures,
+        }
 
 
 class Publisher:
@@ -68,10 +78,15 @@ class Publisher:
     passed_on: returns what another publisher's geometry adds. sender: open to other packets as well.
     """
 
-    def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]],
-                 fit: FitPacketCamera, fields: Mapping[str, Field] = NO_FIELDS,
-                 passed_on: Callable[[], PassedOn | None] = lambda: None,
-                 sender: MulticastSender | None = None) -> None:
+    def __init__(
+        self,
+        config: PublishingConfig,
+        active: Callable[[], Sequence[Calibration]],
+        fit: FitPacketCamera,
+        fields: Mapping[str, Field] = NO_FIELDS,
+        passed_on: Callable[[], PassedOn | None] = lambda: None,
+        sender: MulticastSender | None = None,
+    ) -> None:
         self.config = config
         self.sender = sender or MulticastSender(config.address)
         self.status = PublishStatus()
@@ -97,8 +112,11 @@ class Publisher:
             # before looking: what changes meanwhile is sent in the next round
             self._wakened.clear()
             self.status = self._publish()
-            self._wakened.wait(self.config.interval_s if self.status.problem is None else
-                               min(RETRY_S, self.config.interval_s))
+            self._wakened.wait(
+                self.config.interval_s
+                if self.status.problem is None
+                else min(RETRY_S, self.config.interval_s)
+            )
 
     def _publish(self) -> PublishStatus:
         before, cameras = self.status, self.status.cameras
@@ -113,8 +131,11 @@ class Publisher:
             problem = error
         except Exception:
             log.exception("geometry could not be published")
-            problem = Unavailable(say("publishing.failed", "The geometry cannot be published."), TRIES_AGAIN,
-                                  reason="publishing-failed")
+            problem = Unavailable(
+                say("publishing.failed", "The geometry cannot be published."),
+                TRIES_AGAIN,
+                reason="publishing-failed",
+            )
         return replace(before, failures=before.failures + 1, problem=problem, cameras=cameras)
 
 
@@ -137,8 +158,11 @@ class _Budget:
 class GeometryListener:
     """A thread that listens until it is closed. own: recognises our own packets by address and port."""
 
-    def __init__(self, address: MulticastAddress,
-                 own: Callable[[str, int], bool] = lambda address, port: False) -> None:
+    def __init__(
+        self,
+        address: MulticastAddress,
+        own: Callable[[str, int], bool] = lambda address, port: False,
+    ) -> None:
         self.address = address
         self.problem: TouchlineError | None = None
         self.datagrams = self.own = 0
@@ -175,8 +199,11 @@ class GeometryListener:
                 self.problem = self.address.network_error(error)
             except Exception:
                 log.exception("the group could not be listened to")
-                self.problem = Unavailable(say("receiving.failed", "The multicast group cannot be received."),
-                                           TRIES_AGAIN, reason="absorbing-failed")
+                self.problem = Unavailable(
+                    say("receiving.failed", "The multicast group cannot be received."),
+                    TRIES_AGAIN,
+                    reason="absorbing-failed",
+                )
             self._ended.wait(RETRY_S)
 
     def _listen(self) -> None:
@@ -223,19 +250,37 @@ class GeometryListener:
     def _read(self, sender: RemotePublisher, data: bytes) -> RemotePublisher:
         try:
             if not data:
-                raise BadInput(say("packet.empty", "The packet is empty."), say("packet.send", "Send a packet."),
-                               reason="bad-protobuf")
+                raise BadInput(
+                    say("packet.empty", "The packet is empty."),
+                    say("packet.send", "Send a packet."),
+                    reason="bad-protobuf",
+                )
             packet = decode(GeometryPacket, data)
             if not packet.HasField("geometry"):
-                return replace(sender, source=packet.source if packet.HasField("source") else sender.source)
+                return replace(
+                    sender, source=packet.source if packet.HasField("source") else sender.source
+                )
             if len(packet.geometry.calib) > MAX_CAMERAS:
-                raise BadInput(say("packet.too-many-cameras", "The packet has {cameras} cameras, which is too many.",
-                                   cameras=len(packet.geometry.calib)),
-                               say("packet.fewer-cameras", "Send fewer cameras."), reason="bad-protobuf")
+                raise BadInput(
+                    say(
+                        "packet.too-many-cameras",
+                        "The packet has {cameras} cameras, which is too many.",
+                        cameras=len(packet.geometry.calib),
+                    ),
+                    say("packet.fewer-cameras", "Send fewer cameras."),
+                    reason="bad-protobuf",
+                )
         except BadInput as refused:
             return replace(sender, refused=sender.refused + 1, refusal=refused.what)
-        return replace(sender, geometries=sender.geometries + 1, geometry=packet.geometry, data=data,
-                       source=packet.source, geometry_s=time.monotonic(), geometry_at=time.time())
+        return replace(
+            sender,
+            geometries=sender.geometries + 1,
+            geometry=packet.geometry,
+            data=data,
+            source=packet.source,
+            geometry_s=time.monotonic(),
+            geometry_at=time.time(),
+        )
 
     def _add(self, key: tuple[str, int], now: float) -> RemotePublisher:
         """Add a sender; evict the silent, else those without geometry, else who was silent longest."""

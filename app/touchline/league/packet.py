@@ -52,15 +52,27 @@ class PublishingConfig(PublishSettings):
         super().__post_init__()
         for name, number in self.numbers.items():
             if not 0 <= number < 2**32:
-                raise BadInput(say("publishing.bad-number", "{number} is not a valid camera number for {camera!r}.",
-                                   number=number, camera=name),
-                               say("publishing.number-range", "Give a whole number, 0 or more."),
-                               reason="bad-camera-number")
+                raise BadInput(
+                    say(
+                        "publishing.bad-number",
+                        "{number} is not a valid camera number for {camera!r}.",
+                        number=number,
+                        camera=name,
+                    ),
+                    say("publishing.number-range", "Give a whole number, 0 or more."),
+                    reason="bad-camera-number",
+                )
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
         """Read what to_json wrote; BadInput for anything else."""
-        return read(cls, value, "The network configuration", "Enter the network settings again.", "bad-publishing")
+        return read(
+            cls,
+            value,
+            "The network configuration",
+            "Enter the network settings again.",
+            "bad-publishing",
+        )
 
 
 FitPacketCamera = Callable[[Calibration], PacketCamera | TouchlineError]
@@ -90,13 +102,26 @@ class PublishedCamera:
 
     def to_json(self) -> JsonObject:
         c, packet = self.calibration, self.packet
-        figures = {"exact": False, "loss": None, "level": None, "expected": None, "fit_expected": None} \
-            if packet is None else packet.to_json()
-        return {"camera": self.name, "calibration": c.id, "version": c.version, "model": c.model_name,
-                "field": c.field["name"], "region": c.region, "camera_id": self.number,
-                "published": self.sent is not None, **figures,
-                "warnings": [] if packet is None else [one.to_json() for one in packet.warnings(self.name)],
-                "problem": self.problem and self.problem.to_json()}
+        figures = (
+            {"exact": False, "loss": None, "level": None, "expected": None, "fit_expected": None}
+            if packet is None
+            else packet.to_json()
+        )
+        return {
+            "camera": self.name,
+            "calibration": c.id,
+            "version": c.version,
+            "model": c.model_name,
+            "field": c.field["name"],
+            "region": c.region,
+            "camera_id": self.number,
+            "published": self.sent is not None,
+            **figures,
+            "warnings": []
+            if packet is None
+            else [one.to_json() for one in packet.warnings(self.name)],
+            "problem": self.problem and self.problem.to_json(),
+        }
 
 
 @dataclass(frozen=True)
@@ -132,32 +157,55 @@ class PassedOn:
 
     def needs_saving(self, saved: Self | None) -> bool:
         """Tell whether what is saved says something else, or is an hour old."""
-        return saved is None or self.heard_at - saved.heard_at > SAVE_EVERY_S or (
-            self.field, self.models) != (saved.field, saved.models)
+        return (
+            saved is None
+            or self.heard_at - saved.heard_at > SAVE_EVERY_S
+            or (self.field, self.models) != (saved.field, saved.models)
+        )
 
     def to_json(self) -> JsonObject:
-        return {"address": self.address, "source": self.source, "heard_at": self.heard_at, "models": bool(self.models)}
+        return {
+            "address": self.address,
+            "source": self.source,
+            "heard_at": self.heard_at,
+            "models": bool(self.models),
+        }
 
     def saved(self) -> JsonObject:
         """Return it as JSON for from_saved()."""
-        return {"address": self.address, "source": self.source, "heard_at": self.heard_at,
-                "packet": b64encode(self.packet).decode("ascii")}
+        return {
+            "address": self.address,
+            "source": self.source,
+            "heard_at": self.heard_at,
+            "packet": b64encode(self.packet).decode("ascii"),
+        }
 
     @classmethod
     def from_saved(cls, value: Any, now: float) -> Self | None:
         """Read what saved() wrote; None for anything else, and for what is older than a day. now: unix s."""
         try:
-            found = cls(str(value["address"])[:64], str(value["source"])[:32], float(value["heard_at"]),
-                        b64decode(value["packet"], validate=True))
-            return found if decode(GeometryPacket, found.packet).HasField("geometry") and (
-                0 <= now - found.heard_at < MAX_AGE_S) else None
+            found = cls(
+                str(value["address"])[:64],
+                str(value["source"])[:32],
+                float(value["heard_at"]),
+                b64decode(value["packet"], validate=True),
+            )
+            return (
+                found
+                if decode(GeometryPacket, found.packet).HasField("geometry")
+                and (0 <= now - found.heard_at < MAX_AGE_S)
+                else None
+            )
         except (TouchlineError, KeyError, TypeError, ValueError):
             return None
 
 
-def published_cameras(calibrations: Sequence[Calibration], config: PublishingConfig,
-                      fit_camera: FitPacketCamera = packet_camera,
-                      fields: Mapping[str, Field] = NO_FIELDS) -> tuple[PublishedCamera, ...]:
+def published_cameras(
+    calibrations: Sequence[Calibration],
+    config: PublishingConfig,
+    fit_camera: FitPacketCamera = packet_camera,
+    fields: Mapping[str, Field] = NO_FIELDS,
+) -> tuple[PublishedCamera, ...]:
     """Return each camera as it would be sent, or why not: its error, number and field are checked.
 
     fields: as they are now; a calibration made when its field was otherwise is not sent.
@@ -168,14 +216,26 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
     for calibration in calibrations:
         made = fit_camera(calibration)
         if isinstance(made, TouchlineError):
-            cameras.append(PublishedCamera(calibration, config.numbers.get(calibration.camera or "", 0), None, made))
+            cameras.append(
+                PublishedCamera(
+                    calibration, config.numbers.get(calibration.camera or "", 0), None, made
+                )
+            )
             continue
-        one = PublishedCamera(calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made)
-        cameras.append(replace(one, problem=_reason_left_out(one, made.judged_mm, cameras, config, name, field)))
+        one = PublishedCamera(
+            calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made
+        )
+        cameras.append(
+            replace(
+                one, problem=_reason_left_out(one, made.judged_mm, cameras, config, name, field)
+            )
+        )
     return tuple(cameras)
 
 
-def published_field(candidates: Iterable[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS) -> Field | None:
+def published_field(
+    candidates: Iterable[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS
+) -> Field | None:
     """Return the field of the packet, as it is now; None where no camera is sent."""
     sent = [one.calibration for one in candidates if one.sent is not None]
     if not sent:
@@ -184,8 +244,11 @@ def published_field(candidates: Iterable[PublishedCamera], fields: Mapping[str, 
     return fields[newest["name"]] if newest["name"] in fields else field_from_json(newest)
 
 
-def geometry_packet(candidates: Sequence[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS,
-                    passed_on: PassedOn | None = None) -> bytes | None:
+def geometry_packet(
+    candidates: Sequence[PublishedCamera],
+    fields: Mapping[str, Field] = NO_FIELDS,
+    passed_on: PassedOn | None = None,
+) -> bytes | None:
     """Encode all cameras that are sent, with their field as it is now; None where there is none.
 
     passed_on: another publisher's geometry. Where it is of the same field, that and its ball models are sent as they
@@ -210,32 +273,76 @@ def _chosen_field(calibrations: Iterable[Calibration], config: PublishingConfig)
     return max(names, key=lambda name: names[name], default=None)
 
 
-def _reason_left_out(one: PublishedCamera, judged_mm: float, before: Iterable[PublishedCamera],
-                     config: PublishingConfig, field_name: str | None,
-                     field: Mapping[str, Any] | None) -> TouchlineError | None:
+def _reason_left_out(
+    one: PublishedCamera,
+    judged_mm: float,
+    before: Iterable[PublishedCamera],
+    config: PublishingConfig,
+    field_name: str | None,
+    field: Mapping[str, Any] | None,
+) -> TouchlineError | None:
     """Return why an encoded camera is left out; None where it is sent.
 
     before: the cameras of the packet so far. field: of that name as it is now, None where it is not known here.
     """
     name = one.name
     if one.calibration.field["name"] != field_name:
-        return Conflict(say("publishing.other-field", "{camera} covers the field {covered}, but a packet has one "
-                            "field: {field}.", camera=name, covered=one.calibration.field["name"], field=field_name),
-                        say("publishing.change-field", "Publish that field instead, or change the field of this "
-                            "camera."), reason="other-field")
+        return Conflict(
+            say(
+                "publishing.other-field",
+                "{camera} covers the field {covered}, but a packet has one field: {field}.",
+                camera=name,
+                covered=one.calibration.field["name"],
+                field=field_name,
+            ),
+            say(
+                "publishing.change-field",
+                "Publish that field instead, or change the field of this camera.",
+            ),
+            reason="other-field",
+        )
     if field is not None and (changes := one.calibration.field_changes(field)):
-        return Conflict(say("publishing.field-changed", "{camera} was calibrated before {field} was changed: "
-                            "{changes}.", camera=name, field=field_name, changes=changes_in_words(changes)),
-                        FIELD_CHANGED_FIX, reason="field-changed")
-    twin = next((other for other in before if other.sent is not None and other.number == one.number), None)
+        return Conflict(
+            say(
+                "publishing.field-changed",
+                "{camera} was calibrated before {field} was changed: {changes}.",
+                camera=name,
+                field=field_name,
+                changes=changes_in_words(changes),
+            ),
+            FIELD_CHANGED_FIX,
+            reason="field-changed",
+        )
+    twin = next(
+        (other for other in before if other.sent is not None and other.number == one.number), None
+    )
     if twin is not None:
-        return Conflict(say("publishing.number-taken", "{camera} and {other} both have camera number {number}.",
-                            camera=name, other=twin.name, number=one.number),
-                        say("publishing.another-number", "Give {camera} another number.", camera=name),
-                        reason="number-taken")
+        return Conflict(
+            say(
+                "publishing.number-taken",
+                "{camera} and {other} both have camera number {number}.",
+                camera=name,
+                other=twin.name,
+                number=one.number,
+            ),
+            say("publishing.another-number", "Give {camera} another number.", camera=name),
+            reason="number-taken",
+        )
     if judged_mm > config.limit_mm and name not in config.approved:
-        return Conflict(say("publishing.above-limit", "Teams would receive {camera} with an error of {mm:.0f} mm; you "
-                            "are asked above {limit_mm:g} mm.", camera=name, mm=judged_mm, limit_mm=config.limit_mm),
-                        say("publishing.publish-anyway", "Publish it anyway, or use a lens with less distortion or a "
-                            "smaller area for this camera."), reason="loss-above-limit")
+        return Conflict(
+            say(
+                "publishing.above-limit",
+                "Teams would receive {camera} with an error of {mm:.0f} mm; you "
+                "are asked above {limit_mm:g} mm.",
+                camera=name,
+                mm=judged_mm,
+                limit_mm=config.limit_mm,
+            ),
+            say(
+                "publishing.publish-anyway",
+                "Publish it anyway, or use a lens with less distortion or a "
+                "smaller area for this camera.",
+            ),
+            reason="loss-above-limit",
+        )
     return None

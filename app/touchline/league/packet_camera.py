@@ -56,7 +56,11 @@ class PacketCamera:
     @property
     def level(self) -> Level | None:
         """The level of what teams receive: no better than the calibration's own."""
-        return None if self.expected is None else worst_level(level_expected(self.expected), self.own_level)
+        return (
+            None
+            if self.expected is None
+            else worst_level(level_expected(self.expected), self.own_level)
+        )
 
     @property
     def judged_mm(self) -> float:
@@ -71,22 +75,51 @@ class PacketCamera:
         """Say what teams should know of the camera of that name."""
         found = []
         if self.expected is not None and self.level != "good":
-            found.append(Warning("packet-error", _expected_error_in_words(name, self.expected, self.fit), say(
-                "publishing.packet-error.fix", "A packet has one lens term. A lens with less distortion, or a "
-                "smaller area for each camera, reduces the error.") if not self.exact else say(
-                "publishing.calibrate-again", "Add points, or calibrate again with a better image.")))
+            found.append(
+                Warning(
+                    "packet-error",
+                    _expected_error_in_words(name, self.expected, self.fit),
+                    say(
+                        "publishing.packet-error.fix",
+                        "A packet has one lens term. A lens with less distortion, or a "
+                        "smaller area for each camera, reduces the error.",
+                    )
+                    if not self.exact
+                    else say(
+                        "publishing.calibrate-again",
+                        "Add points, or calibrate again with a better image.",
+                    ),
+                )
+            )
         if self.ignored_px > MIN_IGNORED_PX:
-            found.append(Warning("negative-term", say(
-                "publishing.negative-term", "The lens term of {camera} is negative (pincushion). SSL-Vision ignores "
-                "negative terms when it maps field positions to pixels: it is up to {px:.0f} px off there. Its "
-                "positions on the field are not affected.", camera=name, px=self.ignored_px), say(
-                "publishing.negative-term.fix", "Do not judge this calibration by the lines that SSL-Vision draws.")))
+            found.append(
+                Warning(
+                    "negative-term",
+                    say(
+                        "publishing.negative-term",
+                        "The lens term of {camera} is negative (pincushion). SSL-Vision ignores "
+                        "negative terms when it maps field positions to pixels: it is up to {px:.0f} px off there. Its "
+                        "positions on the field are not affected.",
+                        camera=name,
+                        px=self.ignored_px,
+                    ),
+                    say(
+                        "publishing.negative-term.fix",
+                        "Do not judge this calibration by the lines that SSL-Vision draws.",
+                    ),
+                )
+            )
         return found
 
     def to_json(self) -> JsonObject:
         """Return the figures as JSON; None for what is not known."""
-        return {"exact": self.exact, "loss": self.loss.to_json(), "level": self.level, "expected": self.expected,
-                "fit_expected": self.fit}
+        return {
+            "exact": self.exact,
+            "loss": self.loss.to_json(),
+            "level": self.level,
+            "expected": self.expected,
+            "fit_expected": self.fit,
+        }
 
 
 class PacketCameraCache:
@@ -122,7 +155,9 @@ def _nearest_packet_camera(calibration: Calibration) -> PacketCamera:
     camera = exact_camera(source, SSL_VISION.lenses, SSL_VISION.square_pixels)
     is_exact = camera is not None and source is model
     if camera is None:
-        camera, _ = nearest_camera(source, tuple(SSL_VISION.lenses.items()), SSL_VISION.square_pixels, region, hat_mm)
+        camera, _ = nearest_camera(
+            source, tuple(SSL_VISION.lenses.items()), SSL_VISION.square_pixels, region, hat_mm
+        )
     sent = camera_to_wire(camera, camera_number(field, region))
 
     # What teams have is what they decode: the error is that of the camera after rounding to four bytes.
@@ -133,9 +168,15 @@ def _nearest_packet_camera(calibration: Calibration) -> PacketCamera:
     if fit is not None:
         is_height_known = _height_is_known(calibration, fit, model, field, region)
         expected = sigma_report(fit, region, hat_mm, is_height_known, stand_in=received)
-    return PacketCamera(sent, loss, is_exact, expected, fit=calibration.report.get("sigma_mm"),
-                        ignored_px=_error_without_negative_term_px(received, region, hat_mm),
-                        own_level=_own_level(calibration) if source is model else "good")
+    return PacketCamera(
+        sent,
+        loss,
+        is_exact,
+        expected,
+        fit=calibration.report.get("sigma_mm"),
+        ignored_px=_error_without_negative_term_px(received, region, hat_mm),
+        own_level=_own_level(calibration) if source is model else "good",
+    )
 
 
 def _own_level(calibration: Calibration) -> Level:
@@ -153,7 +194,11 @@ def _determined_fit(calibration: Calibration, model: CameraModel, region: Region
     if isinstance(model, RayCamera) and covariance is not None:
         try:
             known, stand_in = fit_from_json(covariance, model)
-            if stand_in is not None or len(model.lens_terms) >= MIN_TERMS or options.get("lens") is not None:
+            if (
+                stand_in is not None
+                or len(model.lens_terms) >= MIN_TERMS
+                or options.get("lens") is not None
+            ):
                 return known
         except TouchlineError:
             pass  # an imported one may belong to anything
@@ -162,18 +207,27 @@ def _determined_fit(calibration: Calibration, model: CameraModel, region: Region
     field = field_from_json(calibration.field)
     observations = observations_from_json(calibration.observations)
     fit = freer_lens(observations, field, region, calibration.image_size, options)
-    if fit is None or not explains(fit_rms_px(fit, observations, field, region), calibration.report.get("rms_px")):
+    if fit is None or not explains(
+        fit_rms_px(fit, observations, field, region), calibration.report.get("rms_px")
+    ):
         return None
     return fit
 
 
-def _height_is_known(calibration: Calibration, fit: Fit, model: CameraModel, field: Field, region: Region) -> bool:
-    warnings = [w.reason for w in observability_warnings(fit, region, field.hat_height_mm)] if fit.model is not model \
+def _height_is_known(
+    calibration: Calibration, fit: Fit, model: CameraModel, field: Field, region: Region
+) -> bool:
+    warnings = (
+        [w.reason for w in observability_warnings(fit, region, field.hat_height_mm)]
+        if fit.model is not model
         else [w.get("reason") for w in calibration.report.get("warnings") or ()]
+    )
     return "height-unknown" not in warnings
 
 
-def _error_without_negative_term_px(camera: RayCamera, region: Region, hat_height_mm: float) -> float:
+def _error_without_negative_term_px(
+    camera: RayCamera, region: Region, hat_height_mm: float
+) -> float:
     """Return how far a reader is off that takes a negative term for none, as SSL-Vision's field-to-pixel does."""
     if camera.lens_terms[0] >= 0:
         return 0.0
@@ -190,12 +244,24 @@ def _expected_error_in_words(name: str, expected: SigmaReport, fit: SigmaReport 
     mm, hat = expected["rms"], expected.get("hat")
     values: JsonObject = {"camera": name, "mm": mm, "fit_mm": fit["rms"] if fit else mm}
     if hat is None or max(mm, hat["rms"]) <= max(mm, GOOD_MM):
-        return say("publishing.received", "Teams receive {camera} with an expected error of {mm:.1f} mm; the "
-                   "calibration itself has {fit_mm:.1f} mm.", **values)
+        return say(
+            "publishing.received",
+            "Teams receive {camera} with an expected error of {mm:.1f} mm; the "
+            "calibration itself has {fit_mm:.1f} mm.",
+            **values,
+        )
     if not hat.get("known", True):
-        return say("publishing.received-tops-unknown", "Teams receive {camera} with an expected error of {mm:.1f} mm "
-                   "on the carpet; at robot tops it is unknown, because the camera height is unknown. The calibration "
-                   "itself has {fit_mm:.1f} mm.", **values)
-    return say("publishing.received-tops", "Teams receive {camera} with an expected error of {mm:.1f} mm on the carpet "
-               "and {tops_mm:.1f} mm at robot tops; the calibration itself has {fit_mm:.1f} mm.",
-               **values, tops_mm=hat["rms"])
+        return say(
+            "publishing.received-tops-unknown",
+            "Teams receive {camera} with an expected error of {mm:.1f} mm "
+            "on the carpet; at robot tops it is unknown, because the camera height is unknown. The calibration "
+            "itself has {fit_mm:.1f} mm.",
+            **values,
+        )
+    return say(
+        "publishing.received-tops",
+        "Teams receive {camera} with an expected error of {mm:.1f} mm on the carpet "
+        "and {tops_mm:.1f} mm at robot tops; the calibration itself has {fit_mm:.1f} mm.",
+        **values,
+        tops_mm=hat["rms"],
+    )

@@ -20,8 +20,13 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
 )
 
 STALE_S = 30.0  # geometry older than this counts no more
-DERIVED = ("derived_camera_world_tx", "derived_camera_world_ty", "derived_camera_world_tz", "pixel_image_width",
-           "pixel_image_height")  # of a calibration: they add nothing to it
+DERIVED = (
+    "derived_camera_world_tx",
+    "derived_camera_world_ty",
+    "derived_camera_world_tz",
+    "pixel_image_width",
+    "pixel_image_height",
+)  # of a calibration: they add nothing to it
 MARKINGS = ("field_lines", "field_arcs")  # compared by their places
 MAX_ROUNDING = 1e-3  # of a float of four bytes
 MAX_NAMED = 4  # of what differs; the rest is counted
@@ -52,81 +57,141 @@ class RemotePublisher:
     @property
     def source_name(self) -> str:
         """SSL_Source in lower case: "ssl-vision"; "unknown" for a number that is not assigned."""
-        return (SSL_Source.Name(self.source).lower().replace("_", "-") if self.source in SSL_Source.values()
-                else "unknown")
+        return (
+            SSL_Source.Name(self.source).lower().replace("_", "-")
+            if self.source in SSL_Source.values()
+            else "unknown"
+        )
 
     def is_current(self, now_s: float) -> bool:
         """Tell whether its geometry counts at now_s, time.monotonic()."""
         return self.geometry is not None and now_s - self.geometry_s <= STALE_S
 
 
-def received_json(publisher: RemotePublisher, now_s: float, fields: Iterable[Field],
-                  ours: Iterable[PublishedCamera], packet: SSL_GeometryData | None = None) -> JsonObject:
+def received_json(
+    publisher: RemotePublisher,
+    now_s: float,
+    fields: Iterable[Field],
+    ours: Iterable[PublishedCamera],
+    packet: SSL_GeometryData | None = None,
+) -> JsonObject:
     """Describe one publisher at now_s, time.monotonic().
 
     fields: those known to this server; ours: the cameras that we publish now, in packet.
     """
     geometry = publisher.geometry
-    found = {"id": publisher.id, "address": publisher.address, "port": publisher.port,
-             "source": publisher.source_name, "age_s": round(now_s - publisher.last_s, 3),
-             "packets": publisher.packets, "geometries": publisher.geometries, "refused": publisher.refused,
-             "refusal": publisher.refusal or None, "skipped": publisher.skipped, "geometry_age_s": None, "sha256": None,
-             "field": None, "problem": None, "cameras": [], "differs": []}
+    found = {
+        "id": publisher.id,
+        "address": publisher.address,
+        "port": publisher.port,
+        "source": publisher.source_name,
+        "age_s": round(now_s - publisher.last_s, 3),
+        "packets": publisher.packets,
+        "geometries": publisher.geometries,
+        "refused": publisher.refused,
+        "refusal": publisher.refusal or None,
+        "skipped": publisher.skipped,
+        "geometry_age_s": None,
+        "sha256": None,
+        "field": None,
+        "problem": None,
+        "cameras": [],
+        "differs": [],
+    }
     if geometry is None:
         return found
-    found |= {"geometry_age_s": round(now_s - publisher.geometry_s, 3),
-              "sha256": hashlib.sha256(publisher.data).hexdigest()}
-    numbers = {one.number: one for one in ours if one.sent is not None} if _current_cameras(publisher, now_s) else {}
+    found |= {
+        "geometry_age_s": round(now_s - publisher.geometry_s, 3),
+        "sha256": hashlib.sha256(publisher.data).hexdigest(),
+    }
+    numbers = (
+        {one.number: one for one in ours if one.sent is not None}
+        if _current_cameras(publisher, now_s)
+        else {}
+    )
     try:
         fields = tuple(fields)
         field = field_from_wire(geometry.field, fields)
-        found["field"] = {"name": field.name, "title": field.title, "length_mm": field.length_mm,
-                          "width_mm": field.width_mm, "known": any(field is one for one in fields)}
+        found["field"] = {
+            "name": field.name,
+            "title": field.title,
+            "length_mm": field.length_mm,
+            "width_mm": field.width_mm,
+            "known": any(field is one for one in fields),
+        }
     except TouchlineError as error:
         return {**found, "problem": error.to_json()}
     differs = () if packet is None else geometry_differences(geometry, packet)
-    return {**found, "differs": [stated({"text": text}) for text in differs],
-            "cameras": [_camera_json(sent, field, numbers.get(sent.camera_id)) for sent in geometry.calib]}
+    return {
+        **found,
+        "differs": [stated({"text": text}) for text in differs],
+        "cameras": [
+            _camera_json(sent, field, numbers.get(sent.camera_id)) for sent in geometry.calib
+        ],
+    }
 
 
-def contradictions(publishers: Iterable[RemotePublisher], ours: Iterable[PublishedCamera],
-                   now_s: float) -> list[tuple[RemotePublisher, PublishedCamera]]:
+def contradictions(
+    publishers: Iterable[RemotePublisher], ours: Iterable[PublishedCamera], now_s: float
+) -> list[tuple[RemotePublisher, PublishedCamera]]:
     """Pair each publisher with the camera of ours for whose number it sends another calibration."""
-    return [(publisher, one) for publisher in publishers for one in ours
-            for sent in _current_cameras(publisher, now_s)
-            if one.sent is not None and one.number == sent.camera_id and not _repeats(one.sent, sent)]
+    return [
+        (publisher, one)
+        for publisher in publishers
+        for one in ours
+        for sent in _current_cameras(publisher, now_s)
+        if one.sent is not None and one.number == sent.camera_id and not _repeats(one.sent, sent)
+    ]
 
 
-def _current_cameras(publisher: RemotePublisher, now_s: float) -> Sequence[SSL_GeometryCameraCalibration]:
+def _current_cameras(
+    publisher: RemotePublisher, now_s: float
+) -> Sequence[SSL_GeometryCameraCalibration]:
     """Return the cameras of geometry that is not stale."""
     geometry = publisher.geometry
     return geometry.calib if geometry is not None and publisher.is_current(now_s) else ()
 
 
-def _camera_json(sent: SSL_GeometryCameraCalibration, field: Field, ours: PublishedCamera | None) -> JsonObject:
-    found = {"camera_id": sent.camera_id, "image_size": None, "position_mm": None,
-             "focal_px": sent.focal_length, "distortion": sent.distortion, "problem": None,
-             "ours": None if ours is None else ours.name,
-             "contradicts": ours is not None and ours.sent is not None and not _repeats(ours.sent, sent)}
+def _camera_json(
+    sent: SSL_GeometryCameraCalibration, field: Field, ours: PublishedCamera | None
+) -> JsonObject:
+    found = {
+        "camera_id": sent.camera_id,
+        "image_size": None,
+        "position_mm": None,
+        "focal_px": sent.focal_length,
+        "distortion": sent.distortion,
+        "problem": None,
+        "ours": None if ours is None else ours.name,
+        "contradicts": ours is not None and ours.sent is not None and not _repeats(ours.sent, sent),
+    }
     try:
         file = camera_from_wire(sent, field)
     except TouchlineError as error:
         return {**found, "problem": error.to_json()}
-    return {**found, "position_mm": None if file.pose is None else [round(value, 1) for value in file.pose.position_mm],
-            "image_size": None if file.image_size is None else list(file.image_size)}
+    return {
+        **found,
+        "position_mm": None
+        if file.pose is None
+        else [round(value, 1) for value in file.pose.position_mm],
+        "image_size": None if file.image_size is None else list(file.image_size),
+    }
 
 
 def _repeats(ours: SSL_GeometryCameraCalibration, theirs: SSL_GeometryCameraCalibration) -> bool:
     """Tell whether they only repeat ours: vision software that took our calibration over sends it on."""
-    return _calibration_values(decode(SSL_GeometryCameraCalibration, encode(ours))) == _calibration_values(theirs)
+    return _calibration_values(
+        decode(SSL_GeometryCameraCalibration, encode(ours))
+    ) == _calibration_values(theirs)
 
 
 def _calibration_values(sent: SSL_GeometryCameraCalibration) -> dict[str, object]:
     return {field.name: value for field, value in sent.ListFields() if field.name not in DERIVED}
 
 
-def geometry_to_pass_on(publishers: Iterable[RemotePublisher], now_s: float,
-                        before: PassedOn | None) -> PassedOn | None:
+def geometry_to_pass_on(
+    publishers: Iterable[RemotePublisher], now_s: float, before: PassedOn | None
+) -> PassedOn | None:
     """Return the geometry to pass on: of the sender as before while it sends, else the newest; else what was.
 
     now_s: time.monotonic().
@@ -144,18 +209,41 @@ def geometry_differences(theirs: SSL_GeometryData, ours: SSL_GeometryData) -> li
     length, width = theirs.field.field_length, theirs.field.field_width
     our_length, our_width = ours.field.field_length, ours.field.field_width
     if (length, width) != (our_length, our_width):
-        return [say("receiving.differs.size", "It sends a field of {length} × {width} mm; you send {our_length} × "
-                    "{our_width} mm.", length=length, width=width, our_length=our_length, our_width=our_width)]
+        return [
+            say(
+                "receiving.differs.size",
+                "It sends a field of {length} × {width} mm; you send {our_length} × "
+                "{our_width} mm.",
+                length=length,
+                width=width,
+                our_length=our_length,
+                our_width=our_width,
+            )
+        ]
     found = []
     only_theirs = say("receiving.differs.theirs", "Only it sends these markings, or at this place:")
     only_ours = say("receiving.differs.ours", "Only you send these markings, or at this place:")
-    for words, names in ((only_theirs, markings_alone(theirs.field, ours.field)),
-                         (only_ours, markings_alone(ours.field, theirs.field))):
+    for words, names in (
+        (only_theirs, markings_alone(theirs.field, ours.field)),
+        (only_ours, markings_alone(ours.field, theirs.field)),
+    ):
         if names:
-            found.append(say("receiving.differs.markings", "{words} {names}.", words=words, names=_first_names(names)))
+            found.append(
+                say(
+                    "receiving.differs.markings",
+                    "{words} {names}.",
+                    words=words,
+                    names=_first_names(names),
+                )
+            )
     if values := _different_values(theirs.field, ours.field):
-        found.append(say("receiving.differs.values", "Sizes differ (there, here): {values}.",
-                         values=_first_names(values)))
+        found.append(
+            say(
+                "receiving.differs.values",
+                "Sizes differ (there, here): {values}.",
+                values=_first_names(values),
+            )
+        )
     if theirs.models != ours.models:
         found.append(say("receiving.differs.models", "It sends other ball models than you."))
     return found
@@ -166,7 +254,10 @@ def _different_values(theirs: SSL_GeometryFieldSize, ours: SSL_GeometryFieldSize
     found = []
     for field in theirs.DESCRIPTOR.fields:
         if field.name not in MARKINGS:
-            a, b = (getattr(one, field.name) if one.HasField(field.name) else None for one in (theirs, ours))
+            a, b = (
+                getattr(one, field.name) if one.HasField(field.name) else None
+                for one in (theirs, ours)
+            )
             if a != b and not (a is not None and b is not None and abs(a - b) <= MAX_ROUNDING):
                 found.append(f"{field.name} {_number(a)}, {_number(b)}")
     return found

@@ -22,21 +22,73 @@ from touchline.services.import_file import OPTIONS, import_file
 router = APIRouter(prefix="/publishing", tags=["publishing"])
 packets = APIRouter(tags=["judging"])
 
-PublishedCamera = response("PublishedCamera", camera=str, calibration=str, version=int, model=str, field=str,
-    region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None,
-    expected=JsonObject | None, fit_expected=JsonObject | None, level=str | None, warnings=list[JsonObject],
-    problem=Texts | None)
-Publishing = response("Publishing", record=PublishingConfig, problem=Texts | None,
-    state=Literal["off", "starting", "on-air", "silent", "failing"], said=JsonObject | None,
-    passed_on=JsonObject | None, cameras=list_of(PublishedCamera), interfaces=list[JsonObject])
-GeometrySender = response("GeometrySender", id=str, address=str, port=int, source=str, age_s=float, packets=int,
-    geometries=int, refused=int, refusal=str | None, skipped=int, geometry_age_s=float | None, sha256=str | None,
-    field=JsonObject | None, problem=Texts | None, cameras=list[JsonObject],
-    differs=list[JsonObject])
-GeometrySenders = response("GeometrySenders", listening=bool, problem=Texts | None, datagrams=int, own=int,
-    items=list_of(GeometrySender))
-Packet = response("Packet", calibration=str, exact=bool, loss=JsonObject | None, expected=JsonObject | None,
-    fit_expected=JsonObject | None, level=str | None, asked=bool, warnings=list[JsonObject], problem=Texts | None)
+PublishedCamera = response(
+    "PublishedCamera",
+    camera=str,
+    calibration=str,
+    version=int,
+    model=str,
+    field=str,
+    region=str,
+    camera_id=int,
+    published=bool,
+    exact=bool,
+    loss=JsonObject | None,
+    expected=JsonObject | None,
+    fit_expected=JsonObject | None,
+    level=str | None,
+    warnings=list[JsonObject],
+    problem=Texts | None,
+)
+Publishing = response(
+    "Publishing",
+    record=PublishingConfig,
+    problem=Texts | None,
+    state=Literal["off", "starting", "on-air", "silent", "failing"],
+    said=JsonObject | None,
+    passed_on=JsonObject | None,
+    cameras=list_of(PublishedCamera),
+    interfaces=list[JsonObject],
+)
+GeometrySender = response(
+    "GeometrySender",
+    id=str,
+    address=str,
+    port=int,
+    source=str,
+    age_s=float,
+    packets=int,
+    geometries=int,
+    refused=int,
+    refusal=str | None,
+    skipped=int,
+    geometry_age_s=float | None,
+    sha256=str | None,
+    field=JsonObject | None,
+    problem=Texts | None,
+    cameras=list[JsonObject],
+    differs=list[JsonObject],
+)
+GeometrySenders = response(
+    "GeometrySenders",
+    listening=bool,
+    problem=Texts | None,
+    datagrams=int,
+    own=int,
+    items=list_of(GeometrySender),
+)
+Packet = response(
+    "Packet",
+    calibration=str,
+    exact=bool,
+    loss=JsonObject | None,
+    expected=JsonObject | None,
+    fit_expected=JsonObject | None,
+    level=str | None,
+    asked=bool,
+    warnings=list[JsonObject],
+    problem=Texts | None,
+)
 
 Text = Annotated[str, Field(max_length=64)]
 WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
@@ -53,12 +105,20 @@ class PublishingChanges(Strict):
     ttl: Annotated[int, Field(ge=0, le=255)] = 1
     interval_s: Annotated[float, Field(ge=0.1, le=60)] = 3.0
     limit_mm: Annotated[Number, Field(ge=0, le=100_000)] = 30.0
-    pass_on: bool = Field(True, description="send another publisher's field and ball models as they came")
-    field: CameraId | None = Field(None, description="if cameras have different fields; null: that of most cameras")
+    pass_on: bool = Field(
+        True, description="send another publisher's field and ball models as they came"
+    )
+    field: CameraId | None = Field(
+        None, description="if cameras have different fields; null: that of most cameras"
+    )
     numbers: Annotated[dict[CameraId, WireNumber | None], Field(max_length=100)] = Field(
-        {}, description="cameras' numbers on the wire, null for that of the region; other cameras are unchanged")
+        {},
+        description="cameras' numbers on the wire, null for that of the region; other cameras are unchanged",
+    )
     approved: Annotated[dict[CameraId, Name | None], Field(max_length=100)] = Field(
-        {}, description="cameras whose error is accepted, with the calibration for which it was; others are unchanged")
+        {},
+        description="cameras whose error is accepted, with the calibration for which it was; others are unchanged",
+    )
 
 
 class ImportBody(Strict):
@@ -71,7 +131,9 @@ class ImportBody(Strict):
     rotate: Rotate | None = None
     image_size: Size | None = None
     sha256: Annotated[str, Field(min_length=64, max_length=64)] | None = Field(
-        None, description="of the checked packet; 409 if the sender has sent a different one since then")
+        None,
+        description="of the checked packet; 409 if the sender has sent a different one since then",
+    )
 
 
 @router.get("", response_model=Publishing)
@@ -87,13 +149,17 @@ def read_publishing(services: ServicesDep) -> Json:
 
 
 @router.put("", response_model=Publishing)
-async def update_publishing(services: ServicesDep, body: PublishingChanges, if_match: IfMatch = None) -> Json:
+async def update_publishing(
+    services: ServicesDep, body: PublishingChanges, if_match: IfMatch = None
+) -> Json:
     """Change some settings, also for after a restart; omitted values stay. 409 where this network cannot send it.
 
     With If-Match only if nobody has changed them since: else 412, with `current`.
     """
     publishing = services.part(PublishingService)
-    await services.run_in_thread(publishing.change, body.model_dump(exclude_unset=True), etag=if_match)
+    await services.run_in_thread(
+        publishing.change, body.model_dump(exclude_unset=True), etag=if_match
+    )
     # their detections go by the same numbers
     for camera in await services.run_in_thread(services.cameras.all):
         services.live.refresh(camera.id)
@@ -109,20 +175,34 @@ def list_geometry_senders(services: ServicesDep) -> Json:
 
 @router.post("/heard/{id}/import", status_code=201, response_model=schemas.Calibration)
 @in_thread
-def import_geometry_camera(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody) -> Json:
+def import_geometry_camera(
+    services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody
+) -> Json:
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""
     sender = services.part(PublishingService).remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():
-        raise Conflict(say("receiving.geometry-changed", "{sender} has sent a different geometry since then.",
-                           sender=id), say("receiving.check-geometry", "Check the new geometry, then import it."),
-                       reason="heard-changed")
+        raise Conflict(
+            say(
+                "receiving.geometry-changed",
+                "{sender} has sent a different geometry since then.",
+                sender=id,
+            ),
+            say("receiving.check-geometry", "Check the new geometry, then import it."),
+            reason="heard-changed",
+        )
     given = body.model_dump(exclude={"sha256", "image_size"}, exclude_none=True)
-    texts = dict.fromkeys(OPTIONS, "") | {name: str(value) for name, value in given.items()} | {"file": "heard.pb"}
+    texts = (
+        dict.fromkeys(OPTIONS, "")
+        | {name: str(value) for name, value in given.items()}
+        | {"file": "heard.pb"}
+    )
     if body.image_size is not None:
         texts["image_size"] = "x".join(map(str, body.image_size))
     at = datetime.fromtimestamp(sender.geometry_at, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-    origin = (f"Received from {sender.address}, port {sender.port} ({sender.source_name}), as camera "
-              f"{body.camera_id}, at {at}.")
+    origin = (
+        f"Received from {sender.address}, port {sender.port} ({sender.source_name}), as camera "
+        f"{body.camera_id}, at {at}."
+    )
     record = import_file(services, sender.data, texts, by, origin)[0]
     return created(record, f"calibrations/{record['id']}")
 

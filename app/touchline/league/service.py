@@ -14,9 +14,20 @@ from touchline.core.records import Calibration, Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.evaluate.claims import Case, Claim, mm
 from touchline.league.live import GeometryListener, Publisher, PublishStatus
-from touchline.league.packet import PassedOn, PublishedCamera, PublishingConfig, published_cameras, published_field
+from touchline.league.packet import (
+    PassedOn,
+    PublishedCamera,
+    PublishingConfig,
+    published_cameras,
+    published_field,
+)
 from touchline.league.packet_camera import PacketCameraCache
-from touchline.league.received import RemotePublisher, contradictions, geometry_to_pass_on, received_json
+from touchline.league.received import (
+    RemotePublisher,
+    contradictions,
+    geometry_to_pass_on,
+    received_json,
+)
 from touchline.network.multicast import MulticastSender, interfaces
 from touchline.services.container import IsAbandoned, Services
 from touchline.services.running_part import RunningPart
@@ -35,17 +46,46 @@ def packet_claim(found: Mapping[str, Any]) -> Claim:
     """Return what teams receive. found: as GET /calibrations/{id}/packet answers."""
     title, problem = say("claim.packet", "Received by teams"), found["problem"]
     if problem is not None:
-        return Claim("packet", "refuted", say("claim.packet.none", "Cannot be published as it is"),
-                     sentence_in(problem, "what"), sentence_in(problem, "fix"), ("packet",))
+        return Claim(
+            "packet",
+            "refuted",
+            say("claim.packet.none", "Cannot be published as it is"),
+            sentence_in(problem, "what"),
+            sentence_in(problem, "fix"),
+            ("packet",),
+        )
     expected, loss = found["expected"], found["loss"]
-    notes = [sentence_in(one, "text") for one in found["warnings"] if one["reason"] != "packet-error"]
-    asked = say("claim.packet.asked", "You are asked before it is published.") if found["asked"] else Sentence("")
+    notes = [
+        sentence_in(one, "text") for one in found["warnings"] if one["reason"] != "packet-error"
+    ]
+    asked = (
+        say("claim.packet.asked", "You are asked before it is published.")
+        if found["asked"]
+        else Sentence("")
+    )
     if expected is None:
-        return Claim("packet", "not-tested", title, join(say(
-            "claim.packet.unknown", "From the calibration, at most. Its own error is unknown."), asked, *notes),
-            figure=mm(loss["worst_mm"], at_most=True))
-    return Claim("packet", "held" if found["level"] == "good" and not notes else "refuted", title,
-                 join(asked, _tops(expected.get("hat")), *notes), tried=("packet-decoded",), figure=mm(expected["rms"]))
+        return Claim(
+            "packet",
+            "not-tested",
+            title,
+            join(
+                say(
+                    "claim.packet.unknown",
+                    "From the calibration, at most. Its own error is unknown.",
+                ),
+                asked,
+                *notes,
+            ),
+            figure=mm(loss["worst_mm"], at_most=True),
+        )
+    return Claim(
+        "packet",
+        "held" if found["level"] == "good" and not notes else "refuted",
+        title,
+        join(asked, _tops(expected.get("hat")), *notes),
+        tried=("packet-decoded",),
+        figure=mm(expected["rms"]),
+    )
 
 
 def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
@@ -54,25 +94,55 @@ def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
     what, tried = say("claim.publishing.geometry", "SSL-Vision geometry"), ("sent-packets",)
     if warnings:
         first = warnings[0]
-        title = (say("claim.publishing.failing", "Not publishing") if state == "failing" else
-                 say("claim.publishing.problems", "Publishing has problems"))
-        return Claim("publishing", "refuted", title, first.text, first.fix, tried, True, cure="publishing",
-                     cases=tuple(Case(one.text, one.fix) for one in warnings))
+        title = (
+            say("claim.publishing.failing", "Not publishing")
+            if state == "failing"
+            else say("claim.publishing.problems", "Publishing has problems")
+        )
+        return Claim(
+            "publishing",
+            "refuted",
+            title,
+            first.text,
+            first.fix,
+            tried,
+            True,
+            cure="publishing",
+            cases=tuple(Case(one.text, one.fix) for one in warnings),
+        )
     if state == "on-air":
-        return Claim("publishing", "held", say("claim.publishing.on-air", "Publishing"), what, tried=tried,
-                     cure="publishing")
-    return Claim("publishing", "refuted", say("claim.publishing.off", "Not publishing"), what, tried=tried,
-                 cure="publishing")
+        return Claim(
+            "publishing",
+            "held",
+            say("claim.publishing.on-air", "Publishing"),
+            what,
+            tried=tried,
+            cure="publishing",
+        )
+    return Claim(
+        "publishing",
+        "refuted",
+        say("claim.publishing.off", "Not publishing"),
+        what,
+        tried=tried,
+        cure="publishing",
+    )
 
 
 def _tops(hat: Mapping[str, Any] | None) -> Sentence:
     if hat is None:
         return Sentence("")
     if hat.get("known") is False:
-        return say("claim.packet.tops-unknown", "The error at robot tops is unknown, because the camera height is "
-                   "unknown.")
-    return say("claim.packet.tops", "Robot tops ({height:.0f} mm): {error:.1f} mm.", height=hat["z_mm"],
-               error=hat["rms"])
+        return say(
+            "claim.packet.tops-unknown",
+            "The error at robot tops is unknown, because the camera height is unknown.",
+        )
+    return say(
+        "claim.packet.tops",
+        "Robot tops ({height:.0f} mm): {error:.1f} mm.",
+        height=hat["z_mm"],
+        error=hat["rms"],
+    )
 
 
 class PublishingService(RunningPart):
@@ -124,20 +194,50 @@ class PublishingService(RunningPart):
         publisher, listener = self._publisher, self._listener
         found = [*self._damage]
         if publisher is not None and (problem := publisher.status.problem) is not None:
-            found.append(Warning("publishing", join(
-                say("publishing.not-published", "The geometry is not published:"), problem.what), problem.fix))
+            found.append(
+                Warning(
+                    "publishing",
+                    join(
+                        say("publishing.not-published", "The geometry is not published:"),
+                        problem.what,
+                    ),
+                    problem.fix,
+                )
+            )
         found += [] if publisher is None else _left_out(publisher.status.cameras)
         if listener is not None and (problem := listener.problem) is not None:
-            found.append(Warning("absorbing", join(
-                say("receiving.no-geometry-received", "No geometry is received:"), problem.what), problem.fix))
+            found.append(
+                Warning(
+                    "absorbing",
+                    join(
+                        say("receiving.no-geometry-received", "No geometry is received:"),
+                        problem.what,
+                    ),
+                    problem.fix,
+                )
+            )
         if publisher is not None and listener is not None:
-            for other, one in contradictions(listener.publishers, publisher.status.cameras, time.monotonic()):
-                found.append(Warning("two-publishers",
-                                     say("receiving.two-publishers", "{address} also publishes camera {number}, which "
-                                         "is {camera}, with another calibration.", address=other.address,
-                                         number=one.number, camera=one.name),
-                                     say("receiving.stop-one", "Only one program may publish: stop one of them, or "
-                                         "import the other calibration.")))
+            for other, one in contradictions(
+                listener.publishers, publisher.status.cameras, time.monotonic()
+            ):
+                found.append(
+                    Warning(
+                        "two-publishers",
+                        say(
+                            "receiving.two-publishers",
+                            "{address} also publishes camera {number}, which "
+                            "is {camera}, with another calibration.",
+                            address=other.address,
+                            number=one.number,
+                            camera=one.name,
+                        ),
+                        say(
+                            "receiving.stop-one",
+                            "Only one program may publish: stop one of them, or "
+                            "import the other calibration.",
+                        ),
+                    )
+                )
         return tuple(found)
 
     @property
@@ -161,8 +261,16 @@ class PublishingService(RunningPart):
             if (field := changes.get("field")) is not None:
                 _ = self._fields[field]
             before = self.config
-            check_etag(etag, content_etag(before.to_json()), say("stale.publishing", "Another user has changed the "
-                       "publishing settings since you opened them."), "stale-publishing", before.to_json())
+            check_etag(
+                etag,
+                content_etag(before.to_json()),
+                say(
+                    "stale.publishing",
+                    "Another user has changed the publishing settings since you opened them.",
+                ),
+                "stale-publishing",
+                before.to_json(),
+            )
             saved = self._merged(changes)
             config = PublishingConfig.from_json({**self._from_file.to_json(), **saved})
             self._check_network(config)
@@ -180,11 +288,26 @@ class PublishingService(RunningPart):
         cameras = published_cameras(self._active(), self.config, self.packet_camera, self._fields)
         sent = None if publisher is None else publisher.status
         problem = None if sent is None else sent.problem
-        state = ("off" if sent is None else "failing" if problem is not None else
-                 "silent" if not any(one.sent for one in cameras) else "on-air" if sent.packets else "starting")
-        return {**self.config.to_json(), "state": state, "problem": problem and problem.to_json(),
-                "said": None if sent is None else sent.to_json(), "passed_on": self._passed_on_json(cameras),
-                "cameras": [one.to_json() for one in cameras], "interfaces": interfaces()}
+        state = (
+            "off"
+            if sent is None
+            else "failing"
+            if problem is not None
+            else "silent"
+            if not any(one.sent for one in cameras)
+            else "on-air"
+            if sent.packets
+            else "starting"
+        )
+        return {
+            **self.config.to_json(),
+            "state": state,
+            "problem": problem and problem.to_json(),
+            "said": None if sent is None else sent.to_json(),
+            "passed_on": self._passed_on_json(cameras),
+            "cameras": [one.to_json() for one in cameras],
+            "interfaces": interfaces(),
+        }
 
     def received(self) -> JsonObject:
         """Describe the other publishers as JSON."""
@@ -194,33 +317,70 @@ class PublishingService(RunningPart):
         now_s, fields, problem = time.monotonic(), tuple(self._fields.values()), listener.problem
         sent = PublishStatus() if publisher is None else publisher.status
         packet = decode(GeometryPacket, sent.packet).geometry if sent.packet else None
-        items = sorted((received_json(one, now_s, fields, sent.cameras, packet) for one in listener.publishers),
-                       key=lambda one: one["id"])
-        return {"listening": listener.joined.is_set() and problem is None, "problem": problem and problem.to_json(),
-                "datagrams": listener.datagrams, "own": listener.own, "items": items}
+        items = sorted(
+            (
+                received_json(one, now_s, fields, sent.cameras, packet)
+                for one in listener.publishers
+            ),
+            key=lambda one: one["id"],
+        )
+        return {
+            "listening": listener.joined.is_set() and problem is None,
+            "problem": problem and problem.to_json(),
+            "datagrams": listener.datagrams,
+            "own": listener.own,
+            "items": items,
+        }
 
     def remote_publisher(self, id: str) -> RemotePublisher:
         """Return one that has sent geometry; NotFound, or Conflict."""
         found = None if self._listener is None else self._listener.get(id)
         if found is None:
-            raise NotFound(say("receiving.unknown-sender", "No geometry was received from {sender}.", sender=id),
-                           "See GET /api/v1/publishing/heard, with absorb enabled.", reason="unknown-sender")
+            raise NotFound(
+                say(
+                    "receiving.unknown-sender", "No geometry was received from {sender}.", sender=id
+                ),
+                "See GET /api/v1/publishing/heard, with absorb enabled.",
+                reason="unknown-sender",
+            )
         if found.geometry is None:
-            raise Conflict(say("receiving.no-geometry", "{sender} has sent no geometry yet.", sender=id),
-                           say("receiving.wait-for-geometry", "Wait until it sends geometry. The league software "
-                               "sends it every few seconds."), reason="no-geometry")
+            raise Conflict(
+                say("receiving.no-geometry", "{sender} has sent no geometry yet.", sender=id),
+                say(
+                    "receiving.wait-for-geometry",
+                    "Wait until it sends geometry. The league software sends it every few seconds.",
+                ),
+                reason="no-geometry",
+            )
         return found
 
     def packet_json(self, calibration: Calibration) -> JsonObject:
         """Return what teams receive of a version, sent or not: as GET /calibrations/{id}/packet answers."""
         found = self.packet_camera(calibration)
         if isinstance(found, TouchlineError):
-            nothing = {"exact": False, "loss": None, "expected": None, "fit_expected": None, "level": None}
-            return {"calibration": calibration.id, **nothing, "asked": False, "warnings": [],
-                    "problem": found.to_json()}
-        return {"calibration": calibration.id, **found.to_json(), "asked": found.judged_mm > self.config.limit_mm,
-                "warnings": [one.to_json() for one in found.warnings(calibration.camera or calibration.id)],
-                "problem": None}
+            nothing = {
+                "exact": False,
+                "loss": None,
+                "expected": None,
+                "fit_expected": None,
+                "level": None,
+            }
+            return {
+                "calibration": calibration.id,
+                **nothing,
+                "asked": False,
+                "warnings": [],
+                "problem": found.to_json(),
+            }
+        return {
+            "calibration": calibration.id,
+            **found.to_json(),
+            "asked": found.judged_mm > self.config.limit_mm,
+            "warnings": [
+                one.to_json() for one in found.warnings(calibration.camera or calibration.id)
+            ],
+            "problem": None,
+        }
 
     def _follow(self, config: PublishingConfig) -> None:
         """Exchange publisher and listener where the configuration asks for others."""
@@ -231,8 +391,14 @@ class PublishingService(RunningPart):
         if config.enabled and self._publisher is None:
             # known as ours before it sends
             self._senders = (*self._senders[-1:], MulticastSender(config.address))
-            self._publisher = Publisher(config, self._active, self.packet_camera, self._fields, self._newest_passed_on,
-                                        self._senders[-1])
+            self._publisher = Publisher(
+                config,
+                self._active,
+                self.packet_camera,
+                self._fields,
+                self._newest_passed_on,
+                self._senders[-1],
+            )
         listens = config.absorb or config.enabled  # who publishes must know who else does
         if listener is not None and (not listens or listener.address != config.address):
             self._listener = None
@@ -252,7 +418,9 @@ class PublishingService(RunningPart):
     def _check_network(self, config: PublishingConfig) -> None:
         """NetworkError where this network cannot do now what the configuration newly switches on."""
         now, moved = self.config, config.address != self.config.address
-        if (config.enabled and (moved or not now.enabled)) or (config.absorb and (moved or not now.absorb)):
+        if (config.enabled and (moved or not now.enabled)) or (
+            config.absorb and (moved or not now.absorb)
+        ):
             MulticastSender(config.address).check()
 
     def _is_own(self, address: str, port: int) -> bool:
@@ -263,7 +431,9 @@ class PublishingService(RunningPart):
         if not self.config.pass_on:
             return None
         if (listener := self._listener) is not None:
-            self._passed_on = geometry_to_pass_on(listener.publishers, time.monotonic(), self._passed_on)
+            self._passed_on = geometry_to_pass_on(
+                listener.publishers, time.monotonic(), self._passed_on
+            )
         if (found := self._passed_on) is not None and found.needs_saving(self._saved_passed_on):
             try:
                 with self._failures.noted("The heard geometry"):
@@ -275,7 +445,11 @@ class PublishingService(RunningPart):
 
     def _passed_on_json(self, cameras: Sequence[PublishedCamera]) -> JsonObject | None:
         found, field = self._passed_on, published_field(cameras, self._fields)
-        return found.to_json() if self.config.pass_on and found and field is not None and found.is_of(field) else None
+        return (
+            found.to_json()
+            if self.config.pass_on and found and field is not None and found.is_of(field)
+            else None
+        )
 
     def _read_passed_on(self) -> PassedOn | None:
         try:
@@ -290,15 +464,27 @@ class PublishingService(RunningPart):
             return PublishingConfig.from_json({**self._from_file.to_json(), **self._changes})
         except (BadInput, ValueError, RecursionError, OSError):
             self._changes = {}
-            self._damage = (Warning("publishing-damaged",
-                                    say("publishing.damaged", "{file} in the data folder cannot be read. Nothing is "
-                                        "published.", file=self._path.name),
-                                    say("publishing.restore-settings", "Enter the publishing settings again, or "
-                                        "correct the file and restart the server.")),)
+            self._damage = (
+                Warning(
+                    "publishing-damaged",
+                    say(
+                        "publishing.damaged",
+                        "{file} in the data folder cannot be read. Nothing is published.",
+                        file=self._path.name,
+                    ),
+                    say(
+                        "publishing.restore-settings",
+                        "Enter the publishing settings again, or "
+                        "correct the file and restart the server.",
+                    ),
+                ),
+            )
             return PublishingConfig()
 
 
-async def packet_claims(services: Services, calibration: Calibration, _is_abandoned: IsAbandoned) -> list[Claim]:
+async def packet_claims(
+    services: Services, calibration: Calibration, _is_abandoned: IsAbandoned
+) -> list[Claim]:
     """Judge what teams would receive of a version."""
     service = services.part(PublishingService)
     return [packet_claim(await services.run_in_thread(service.packet_json, calibration))]
@@ -312,9 +498,18 @@ def site_claims(services: Services) -> list[Claim]:
 
 def _left_out(cameras: Iterable[PublishedCamera]) -> list[Warning]:
     """Say which cameras teams do not receive, and why: the page of publishing is seldom open."""
-    return [Warning("camera-not-published", join(say("publishing.camera-left-out", "{camera} is not published:",
-                                                     camera=one.name), one.problem.what), one.problem.fix)
-            for one in cameras if one.problem is not None]
+    return [
+        Warning(
+            "camera-not-published",
+            join(
+                say("publishing.camera-left-out", "{camera} is not published:", camera=one.name),
+                one.problem.what,
+            ),
+            one.problem.fix,
+        )
+        for one in cameras
+        if one.problem is not None
+    ]
 
 
 def _read_object(path: Path) -> JsonObject:

@@ -42,8 +42,14 @@ from touchline.processes.framing import Message, error_from_json
 from touchline.sources import Identity
 from touchline.vision.picture_print import PicturePrint
 
-UNKNOWN_QUALITY: PictureQuality = {"still": None, "print": None, "light": None, "sharpness": None,
-                                   "flicker": None, "words": []}
+UNKNOWN_QUALITY: PictureQuality = {
+    "still": None,
+    "print": None,
+    "light": None,
+    "sharpness": None,
+    "flicker": None,
+    "words": [],
+}
 SEEN = ("live", "mismatch")  # states of a camera that gives pictures, whatever they are worth
 log = logging.getLogger("touchline")
 Trust = Callable[[Calibration, Identity], None]
@@ -59,8 +65,13 @@ class LiveCamera:
     it in the server, by the number of their part in spec["parts"].
     """
 
-    def __init__(self, id: str, spec: dict[str, Any], trust: Trust = lambda _calibration, _identity: None,
-                 feeds: Mapping[int, MakeFeed] = MappingProxyType({})) -> None:
+    def __init__(
+        self,
+        id: str,
+        spec: dict[str, Any],
+        trust: Trust = lambda _calibration, _identity: None,
+        feeds: Mapping[int, MakeFeed] = MappingProxyType({}),
+    ) -> None:
         self.id = id
         self.spec = spec
         self._trust = trust
@@ -70,7 +81,9 @@ class LiveCamera:
         for number, make in feeds.items():
             with self._surviving(f"feed of part {number}"):
                 self._feed_of_part[number] = make(id, partial(self._send_settings, number))
-        self.feeds: Mapping[str, CameraFeed] = {feed.NAME: feed for feed in self._feed_of_part.values()}
+        self.feeds: Mapping[str, CameraFeed] = {
+            feed.NAME: feed for feed in self._feed_of_part.values()
+        }
         self.calibration: Calibration | None = None
         self._picture: dict[str, Any] | None = None
         self._confirmed: Identity | None = None
@@ -83,8 +96,11 @@ class LiveCamera:
     async def stop(self) -> None:
         """End the process and whoever watches."""
         await self._supervisor.stop()
-        gone = Unavailable(say("camera.changed", "This camera was changed or removed."), OPEN_AGAIN,
-                           reason="camera-gone")
+        gone = Unavailable(
+            say("camera.changed", "This camera was changed or removed."),
+            OPEN_AGAIN,
+            reason="camera-gone",
+        )
         self._streams.end(gone)
         for feed in self.feeds.values():
             with self._surviving(feed.NAME):
@@ -103,7 +119,11 @@ class LiveCamera:
         """What its newest picture tells of which camera it is; None where there is none, or nothing in it."""
         process = self._supervisor.status
         quality = process.values["quality"] if process is not None else None
-        seen = quality and quality["print"] if self._state(asyncio.get_running_loop().time())[0] in SEEN else None
+        seen = (
+            quality and quality["print"]
+            if self._state(asyncio.get_running_loop().time())[0] in SEEN
+            else None
+        )
         return PicturePrint.from_text(seen) if seen else None
 
     @property
@@ -117,20 +137,35 @@ class LiveCamera:
         quality = values.get("quality") or UNKNOWN_QUALITY
         size = process.size if process else None
         drift = values.get("drift") if state == "live" and self._applied else None
-        if drift is not None and process is not None and (doubt := frozen_doubt(process, self._scheme)) is not None:
+        if (
+            drift is not None
+            and process is not None
+            and (doubt := frozen_doubt(process, self._scheme)) is not None
+        ):
             drift = unmonitored(drift, doubt)
         interval_s = values.get("interval_s", 0)
-        return {"state": state, "problem": problem, "fps": round(1 / interval_s, 2) if interval_s else 0.0,
-                "width": size.width if size else None, "height": size.height if size else None,
-                "frame_age_s": process.frame_age_s(now) if process else None,
-                "reconnects": self._supervisor.restarts + max(0, values.get("reopened", 0) - 1),
-                "viewers": self._streams.viewer_count, "calibration_applied": self._applied,
-                "active_calibration": self.calibration.id if self.calibration else None,
-                "light": quality["light"], "sharpness": quality["sharpness"], "flicker": quality["flicker"],
-                "words": [*failure_words(values.get("failures")), *quality["words"]],
-                "drift": drift, "drift_px": drift["px"] if drift else None, "seq": values.get("seq"),
-                "identity": values.get("identity"), "reopened": values.get("reopened"),
-                "encoded": values.get("encoded")}
+        return {
+            "state": state,
+            "problem": problem,
+            "fps": round(1 / interval_s, 2) if interval_s else 0.0,
+            "width": size.width if size else None,
+            "height": size.height if size else None,
+            "frame_age_s": process.frame_age_s(now) if process else None,
+            "reconnects": self._supervisor.restarts + max(0, values.get("reopened", 0) - 1),
+            "viewers": self._streams.viewer_count,
+            "calibration_applied": self._applied,
+            "active_calibration": self.calibration.id if self.calibration else None,
+            "light": quality["light"],
+            "sharpness": quality["sharpness"],
+            "flicker": quality["flicker"],
+            "words": [*failure_words(values.get("failures")), *quality["words"]],
+            "drift": drift,
+            "drift_px": drift["px"] if drift else None,
+            "seq": values.get("seq"),
+            "identity": values.get("identity"),
+            "reopened": values.get("reopened"),
+            "encoded": values.get("encoded"),
+        }
 
     def require_view(self, view: str) -> None:
         """Raise Conflict, with what to do, where that view cannot be had now; BadInput for one that is not known."""
@@ -142,8 +177,11 @@ class LiveCamera:
                     feed.require_view(view)
                     return
             known = (*VIEWS, *(view for feed in self.feeds.values() for view in feed.views))
-            raise BadInput(f"There is no view called {view[:40]!r}.", f"Use one of: {', '.join(known)}.",
-                           reason="unknown-view")
+            raise BadInput(
+                f"There is no view called {view[:40]!r}.",
+                f"Use one of: {', '.join(known)}.",
+                reason="unknown-view",
+            )
         if self.calibration is None:
             raise Conflict(NOT_CALIBRATED, ACTIVATE_OR_RAW, reason="not-calibrated")
         if mismatch := self._mismatch():
@@ -154,28 +192,48 @@ class LiveCamera:
         if not self._supervisor.started:
             return "idle", None
         if process is None:
-            return ("offline", self._supervisor.problem) if self._supervisor.problem else ("connecting", None)
+            return (
+                ("offline", self._supervisor.problem)
+                if self._supervisor.problem
+                else ("connecting", None)
+            )
         if why := stall_reason(process, now):
-            return "stalled", camera_problem("stalled", why, say(
-                "camera.reconnects", "Check its cable, its power and the network. Touchline reconnects "
-                "automatically."))
+            return "stalled", camera_problem(
+                "stalled",
+                why,
+                say(
+                    "camera.reconnects",
+                    "Check its cable, its power and the network. Touchline reconnects "
+                    "automatically.",
+                ),
+            )
         if process.values["state"] != "live":
             return process.values["state"], process.values["problem"]
         if why := frozen_reason(process, self._scheme):
-            return "stalled", camera_problem("frozen", why, say(
-                "camera.restart", "Restart the camera, or the device that sends its images."))
+            return "stalled", camera_problem(
+                "frozen",
+                why,
+                say("camera.restart", "Restart the camera, or the device that sends its images."),
+            )
         if mismatch := self._mismatch():
             return "mismatch", mismatch
         return "live", None
 
     def _mismatch(self) -> ProblemJson | None:
-        size, process = self.calibration.image_size if self.calibration else None, self._supervisor.status
+        size, process = (
+            self.calibration.image_size if self.calibration else None,
+            self._supervisor.status,
+        )
         return calibration_mismatch(process, self._confirmed, size) if process else None
 
     # What is asked for
 
-    def show(self, calibration: Calibration | None, confirmed: Identity | None,
-             picture: dict[str, Any] | None = None) -> None:
+    def show(
+        self,
+        calibration: Calibration | None,
+        confirmed: Identity | None,
+        picture: dict[str, Any] | None = None,
+    ) -> None:
         """Correct with this from now on, as long as the camera is the confirmed one.
 
         picture: where the one is stored that the calibration came from, {"name", "path", "sha256"}; if it is known.
@@ -189,15 +247,20 @@ class LiveCamera:
             with self._surviving(feed.NAME):
                 feed.refresh()
 
-    def watching(self, spec: StreamSpec, max_fps: float | None = None) -> contextlib.AbstractContextManager[Viewer]:
+    def watching(
+        self, spec: StreamSpec, max_fps: float | None = None
+    ) -> contextlib.AbstractContextManager[Viewer]:
         """Return a context whose value is a viewer of that stream."""
         return self._streams.watching(spec, max_fps)
 
-    async def still(self, frames: int = 1, timeout_s: float = 10.0,
-                    over_s: float = 0.0) -> tuple[dict[str, Any], bytes]:
+    async def still(
+        self, frames: int = 1, timeout_s: float = 10.0, over_s: float = 0.0
+    ) -> tuple[dict[str, Any], bytes]:
         """Return what the picture is, and its PNG; of one frame, or the background of many, spread over so long."""
         timeout_s += over_s
-        return await self.request("still", timeout_s + 5.0, frames=frames, over_s=over_s, timeout_s=timeout_s)
+        return await self.request(
+            "still", timeout_s + 5.0, frames=frames, over_s=over_s, timeout_s=timeout_s
+        )
 
     async def first_still(self, timeout_s: float) -> tuple[dict[str, Any], bytes]:
         """Return the same of one frame, from a camera that was just started; what its source refuses is raised."""
@@ -210,9 +273,11 @@ class LiveCamera:
             if problem is not None:
                 raise error_from_json(problem)
             await asyncio.sleep(POLL_S)
-        raise Unavailable(say("source.no-image", "No image received from this source."),
-                          say("advice.check-address-cable-power", "Check its address, its cable and its power."),
-                          reason="camera-silent")
+        raise Unavailable(
+            say("source.no-image", "No image received from this source."),
+            say("advice.check-address-cable-power", "Check its address, its cable and its power."),
+            reason="camera-silent",
+        )
 
     async def controls(self) -> list[dict[str, Any]]:
         return (await self.request("controls", 5.0))[0]["controls"]
@@ -220,7 +285,9 @@ class LiveCamera:
     async def set_control(self, name: str, value: Any) -> dict[str, Any]:
         return (await self.request("set", 5.0, name=name, value=value))[0]["control"]
 
-    async def request(self, what: str, answer_s: float, /, **values: Any) -> tuple[dict[str, Any], bytes]:
+    async def request(
+        self, what: str, answer_s: float, /, **values: Any
+    ) -> tuple[dict[str, Any], bytes]:
         """Return what a part of its process answers to that request in time: JSON and payload."""
         return await self._supervisor.request({"what": what, **values}, answer_s)
 
@@ -247,7 +314,11 @@ class LiveCamera:
                 with self._surviving(feed.NAME):
                     feed.update_status(process.values)
             self._log_failures(process.values["failures"])
-            if self.calibration is not None and self._confirmed is None and self.identity is not None:
+            if (
+                self.calibration is not None
+                and self._confirmed is None
+                and self.identity is not None
+            ):
                 self._confirmed = self.identity
                 self._trust(self.calibration, self.identity)
             if self._applied != self._may_apply():
@@ -270,7 +341,9 @@ class LiveCamera:
             self._failures_logged = 0  # of the process before
         if newest is not None and count >= max(2 * self._failures_logged, 1):
             self._failures_logged = count
-            log.warning("camera %s: %s: %s (failure %d)", self.id, newest["what"], newest["error"], count)
+            log.warning(
+                "camera %s: %s: %s (failure %d)", self.id, newest["what"], newest["error"], count
+            )
 
     def _may_apply(self) -> bool:
         """Whether the calibration is applied: only to a camera that has been seen; before, nobody knows which it is."""
@@ -280,8 +353,12 @@ class LiveCamera:
 
     def _send_calibration(self) -> None:
         self._applied = self._may_apply()
-        calibration = self.calibration.to_json() if self.calibration is not None and self._applied else None
-        self._supervisor.send(messages.CALIBRATE, {"calibration": calibration, "picture": self._picture})
+        calibration = (
+            self.calibration.to_json() if self.calibration is not None and self._applied else None
+        )
+        self._supervisor.send(
+            messages.CALIBRATE, {"calibration": calibration, "picture": self._picture}
+        )
 
     def _send_settings(self, part: int) -> None:
         if (feed := self._feed_of_part.get(part)) is not None:  # None while it is being made

@@ -21,7 +21,13 @@ from numpy.typing import NDArray
 
 from touchline.core.errors import ProblemJson, TouchlineError, Unavailable
 from touchline.core.records import Frame
-from touchline.core.sentences import CHECK_STATE_TRY_AGAIN, REPEAT, SENDS_NO_FRAMES, SERIES_MOVED, SERIES_MOVED_FIX
+from touchline.core.sentences import (
+    CHECK_STATE_TRY_AGAIN,
+    REPEAT,
+    SENDS_NO_FRAMES,
+    SERIES_MOVED,
+    SERIES_MOVED_FIX,
+)
 from touchline.core.statements import say
 from touchline.images import encode
 from touchline.live.messages import CaptureStatus, MeasuredRate, SourceState
@@ -74,10 +80,17 @@ class FrameCapture:
         now = time.monotonic()
         with self._changed:
             newest = self._newest
-            return {"state": self._state, "problem": self._problem, "since_s": now - self._since, "seq": self._seq,
-                    "interval_s": max(self._rate.interval_s, self._pace_s), "identity": self._identity,
-                    "reopened": self._reopened, "age_s": now - newest.moment if newest else None,
-                    "size": list(newest.frame.size) if newest else None}
+            return {
+                "state": self._state,
+                "problem": self._problem,
+                "since_s": now - self._since,
+                "seq": self._seq,
+                "interval_s": max(self._rate.interval_s, self._pace_s),
+                "identity": self._identity,
+                "reopened": self._reopened,
+                "age_s": now - newest.moment if newest else None,
+                "size": list(newest.frame.size) if newest else None,
+            }
 
     @property
     def resting(self) -> bool:
@@ -142,10 +155,14 @@ class FrameCapture:
             return answer.result(timeout_s)
         except TimeoutError:
             answer.cancel()  # it may not be done any more: nobody would know
-            raise Unavailable(say("camera.settings-locked", "The camera sends no frames, so its settings cannot be "
-                                  "changed."),
-                              say("advice.wait-until-live", "Wait until it is live again, then try again."),
-                              reason="camera-silent") from None
+            raise Unavailable(
+                say(
+                    "camera.settings-locked",
+                    "The camera sends no frames, so its settings cannot be changed.",
+                ),
+                say("advice.wait-until-live", "Wait until it is live again, then try again."),
+                reason="camera-silent",
+            ) from None
 
     def run(self) -> None:
         """Work until the process ends, on a thread of its own."""
@@ -219,8 +236,7 @@ class FrameCapture:
 
 def no_frames() -> Unavailable:
     """Return the error for a camera from which nothing comes."""
-    return Unavailable(SENDS_NO_FRAMES, CHECK_STATE_TRY_AGAIN,
-                       reason="camera-silent")
+    return Unavailable(SENDS_NO_FRAMES, CHECK_STATE_TRY_AGAIN, reason="camera-silent")
 
 
 def _answer(source: Source, action: Callable[[Source], Any], answer: Future[Any]) -> None:
@@ -234,12 +250,16 @@ def _answer(source: Source, action: Callable[[Source], Any], answer: Future[Any]
 def _explained(error: Exception) -> TouchlineError:
     if isinstance(error, TouchlineError):
         return error
-    return Unavailable(say("source.failed", "The source failed: {error}.", error=type(error).__name__),
-                       say("advice.check-camera-and-address", "Check the camera and its address."),
-                       reason="source-failed")
+    return Unavailable(
+        say("source.failed", "The source failed: {error}.", error=type(error).__name__),
+        say("advice.check-camera-and-address", "Check the camera and its address."),
+        reason="source-failed",
+    )
 
 
-def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: float) -> tuple[dict[str, Any], bytes]:
+def take_still(
+    capture: FrameCapture, frames: int, over_s: float, timeout_s: float
+) -> tuple[dict[str, Any], bytes]:
     """Return the next frame, or what most of so many agree on that are spread over so long; a PNG.
 
     The JSON says how many frames went in, when the first and last were taken, and which share of the pixels was never
@@ -257,8 +277,11 @@ def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: flo
         time.sleep(max(0.0, begun + over_s * count / (frames - 1) - time.monotonic()))
         taken = capture.next(last.seq, max(0.0, deadline - time.monotonic()))
         if taken.frame.pixels.shape != first.frame.pixels.shape:
-            raise Unavailable(say("image.size-changed", "The image size changed while the image was taken."),
-                              REPEAT, reason="size-changed")
+            raise Unavailable(
+                say("image.size-changed", "The image size changed while the image was taken."),
+                REPEAT,
+                reason="size-changed",
+            )
         if camera_shift_px(first.frame.pixels, taken.frame.pixels) > STILL_PX:
             raise Unavailable(SERIES_MOVED, SERIES_MOVED_FIX, reason="series-moved")
         last = taken
@@ -267,8 +290,16 @@ def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: flo
     return _description(first, last, count, background.unsettled), encode(background.picture, "png")
 
 
-def _description(first: CapturedFrame, last: CapturedFrame, count: int,
-                 unsettled: NDArray[np.bool_] | None) -> dict[str, Any]:
+def _description(
+    first: CapturedFrame, last: CapturedFrame, count: int, unsettled: NDArray[np.bool_] | None
+) -> dict[str, Any]:
     size = first.frame.size
-    return {"frames": count, "seq": last.seq, "time": first.time, "until": last.time, "width": size.width,
-            "height": size.height, "hidden_share": None if unsettled is None else float(np.mean(unsettled))}
+    return {
+        "frames": count,
+        "seq": last.seq,
+        "time": first.time,
+        "until": last.time,
+        "width": size.width,
+        "height": size.height,
+        "hidden_share": None if unsettled is None else float(np.mean(unsettled)),
+    }

@@ -10,8 +10,11 @@ from touchline.live.messages import Failure, FailuresJson
 from touchline.vision.zones import Advice, message
 
 RECENT_S = 5.0  # longer ago, it is over
-RESTART_OR_REPORT = say("camera-failure.restart-or-report", "Restart the camera or free memory on the server. If the "
-                        "problem remains, report the server's log.")
+RESTART_OR_REPORT = say(
+    "camera-failure.restart-or-report",
+    "Restart the camera or free memory on the server. If the "
+    "problem remains, report the server's log.",
+)
 
 
 class Failures:
@@ -41,8 +44,12 @@ class Failures:
         if newest is None:
             return {"count": count, "newest": None}
         what, error, at_s = newest
-        return {"count": count, "newest": stated(Failure(what=what, error=error,
-                                                         is_recent=time.monotonic() - at_s < RECENT_S))}
+        return {
+            "count": count,
+            "newest": stated(
+                Failure(what=what, error=error, is_recent=time.monotonic() - at_s < RECENT_S)
+            ),
+        }
 
 
 def failure_words(failures: FailuresJson | None) -> list[Advice]:
@@ -50,5 +57,15 @@ def failure_words(failures: FailuresJson | None) -> list[Advice]:
     newest = failures and failures["newest"]
     if not newest or not newest["is_recent"]:
         return []
-    return [message(say("camera-failure.said", "{failure}: {error}.", failure=sentence_in(newest, "what"),
-                        error=newest["error"]), RESTART_OR_REPORT, True)]
+    return [
+        message(
+            say(
+                "camera-failure.said",
+                "{failure}: {error}.",
+                failure=sentence_in(newest, "what"),
+                error=newest["error"],
+            ),
+            RESTART_OR_REPORT,
+            True,
+        )
+    ]

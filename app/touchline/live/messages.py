@@ -51,12 +51,22 @@ class StreamSpec:
     def requested(cls, view: str = "raw", width: int = 0, quality: int = 80) -> Self:
         """Return the stream that serves such a request; BadInput for a size or quality that none can have."""
         if not (width == 0 or 16 <= width <= MAX_WIDTH):
-            raise BadInput(f"A width of {width} px cannot be streamed.",
-                           f"Use 16 to {MAX_WIDTH}, or 0 for the camera's own.", reason="bad-width")
+            raise BadInput(
+                f"A width of {width} px cannot be streamed.",
+                f"Use 16 to {MAX_WIDTH}, or 0 for the camera's own.",
+                reason="bad-width",
+            )
         if not 10 <= quality <= 100:
-            raise BadInput(f"A quality of {quality} cannot be streamed.", "Use 10 to 100.", reason="bad-quality")
-        return cls(view, -(-width // STEP_PX) * STEP_PX if width > STEP_PX else width and STEP_PX,
-                   min(95, -(-quality // 10) * 10))
+            raise BadInput(
+                f"A quality of {quality} cannot be streamed.",
+                "Use 10 to 100.",
+                reason="bad-quality",
+            )
+        return cls(
+            view,
+            -(-width // STEP_PX) * STEP_PX if width > STEP_PX else width and STEP_PX,
+            min(95, -(-quality // 10) * 10),
+        )
 
     @property
     def is_of_part(self) -> bool:

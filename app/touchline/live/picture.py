@@ -68,17 +68,28 @@ class AppliedCalibration:
         key = (view, *drawn)
         if key not in self.overlays:
             if view == "raw":
-                features, scale = overlay(self.model, self.field, self.region, "raw"), drawn.width / raw.width
+                features, scale = (
+                    overlay(self.model, self.field, self.region, "raw"),
+                    drawn.width / raw.width,
+                )
             else:
-                features, scale = overlay(self.model, self.field, self.region, "corrected", self.view(width)), 1.0
-            lines = [{"feature": feature["feature"], "kind": feature["kind"], "points": points}
-                     for feature in features for points in _runs(feature["points"], scale, drawn)]
+                features, scale = (
+                    overlay(self.model, self.field, self.region, "corrected", self.view(width)),
+                    1.0,
+                )
+            lines = [
+                {"feature": feature["feature"], "kind": feature["kind"], "points": points}
+                for feature in features
+                for points in _runs(feature["points"], scale, drawn)
+            ]
             text = json.dumps({"field": lines}, allow_nan=False, separators=(",", ":"))
             self.overlays[key] = b'"overlays":' + text.encode("ascii")
         return self.overlays[key]
 
 
-def _runs(points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSize) -> Iterator[list[list[float]]]:
+def _runs(
+    points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSize
+) -> Iterator[list[list[float]]]:
     """Yield the stretches of a polyline in or near the drawn picture, without points that a straight one needs not."""
     run: list[list[float]] = []
     for point in [*points, None]:
@@ -88,7 +99,9 @@ def _runs(points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSi
                 run.append([x, y])
                 continue
         if run:
-            thinned = cv2.approxPolyDP(np.array(run, np.float32), OVERLAY_PX, closed=False).reshape(-1, 2)
+            thinned = cv2.approxPolyDP(np.array(run, np.float32), OVERLAY_PX, closed=False).reshape(
+                -1, 2
+            )
             yield [[round(float(x), 1), round(float(y), 1)] for x, y in thinned]
         run = []
 
@@ -98,7 +111,9 @@ def scaled_down(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
     return opencv.shrink_to_width(pixels, width) if width else pixels
 
 
-def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], list[dict[str, int]]]:
+def side_by_side(
+    left: NDArray[np.uint8], right: NDArray[np.uint8]
+) -> tuple[NDArray[np.uint8], list[dict[str, int]]]:
     """Return two pictures of one width as one, the lower in the middle of its half; and where each stands, px."""
     height = max(left.shape[0], right.shape[0])
     width = left.shape[1]
@@ -106,7 +121,7 @@ def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[NDA
     places = []
     for pixels, x in ((left, 0), (right, width + GAP_PX)):
         y = (height - pixels.shape[0]) // 2
-        both[y:y + pixels.shape[0], x:x + pixels.shape[1]] = pixels
+        both[y : y + pixels.shape[0], x : x + pixels.shape[1]] = pixels
         places.append({"x": x, "y": y, "width": pixels.shape[1], "height": pixels.shape[0]})
     return both, places
 
@@ -118,12 +133,15 @@ def passed_on(frame: Frame, spec: StreamSpec) -> bytes:
     """
     if spec.view != "raw" or not isinstance(frame, JpegFrame) or 0 < spec.width < frame.size.width:
         return b""
-    allowed = PASSED_BYTES_PX * 2 ** ((spec.quality - 80) / 10) * frame.size.width * frame.size.height
+    allowed = (
+        PASSED_BYTES_PX * 2 ** ((spec.quality - 80) / 10) * frame.size.width * frame.size.height
+    )
     return frame.jpeg if len(frame.jpeg) <= allowed and frame.is_plain else b""
 
 
-def render(frame: Frame, spec: StreamSpec,
-           applied: AppliedCalibration | None) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
+def render(
+    frame: Frame, spec: StreamSpec, applied: AppliedCalibration | None
+) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
     """Return a stream's picture, members of its JSON, and its overlays; needs a calibration unless it is raw."""
     raw = frame.size
     if spec.view == "raw":
@@ -137,16 +155,27 @@ def render(frame: Frame, spec: StreamSpec,
             height = max(1, round(left.shape[0] * half / left.shape[1]))
             left = np.asarray(cv2.resize(left, (half, height)), np.uint8)
         both, (raw_half, corrected_half) = side_by_side(left, right)
-        return both, {"calibration": applied.record.id, "halves": {
-            "raw": raw_half, "corrected": corrected_half, "margin_px": applied.view(half).margin_px}}, b""
+        return (
+            both,
+            {
+                "calibration": applied.record.id,
+                "halves": {
+                    "raw": raw_half,
+                    "corrected": corrected_half,
+                    "margin_px": applied.view(half).margin_px,
+                },
+            },
+            b"",
+        )
     else:
         picture = applied.corrected(frame.pixels, spec.width)
     size = ImageSize(picture.shape[1], picture.shape[0])
     return picture, *described(spec, applied, raw, size)
 
 
-def described(spec: StreamSpec, applied: AppliedCalibration | None, raw: ImageSize,
-              drawn: ImageSize) -> tuple[dict[str, Any], bytes]:
+def described(
+    spec: StreamSpec, applied: AppliedCalibration | None, raw: ImageSize, drawn: ImageSize
+) -> tuple[dict[str, Any], bytes]:
     """Return what a stream's JSON says of the calibration, and its overlays."""
     if applied is None:
         return {"calibration": None}, b""
@@ -156,7 +185,9 @@ def described(spec: StreamSpec, applied: AppliedCalibration | None, raw: ImageSi
 class Encoder:
     """The drawing thread. Other threads say what to draw."""
 
-    def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None], failures: Failures) -> None:
+    def __init__(
+        self, capture: FrameCapture, send: Callable[[int, int, bytes], None], failures: Failures
+    ) -> None:
         self._capture = capture
         self._send = send
         self._failures = failures
@@ -194,7 +225,9 @@ class Encoder:
             self._rates = {number: self._rates.get(number) or Rate() for number in watched}
             for number, (spec, interval_s) in watched.items():
                 # A new stream is sent the newest frame at once; the others have had it.
-                if number not in done or (taken.seq > seq and self._rates[number].is_due(taken.moment, interval_s)):
+                if number not in done or (
+                    taken.seq > seq and self._rates[number].is_due(taken.moment, interval_s)
+                ):
                     with self._failures.surviving("A picture could not be encoded"):
                         self._encode(number, spec, taken)
             seq, done = taken.seq, set(watched)
@@ -218,6 +251,11 @@ class Encoder:
             # damaged picture
             return
         self.encoded += 1
-        head |= more | {"width": drawn.width, "height": drawn.height, "raw_width": raw.width,
-                        "raw_height": raw.height, "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}
+        head |= more | {
+            "width": drawn.width,
+            "height": drawn.height,
+            "raw_width": raw.width,
+            "raw_height": raw.height,
+            "spent_ms": round(1e3 * (time.monotonic() - begin), 2),
+        }
         self._send(messages.PICTURE, number, encode_body(head, jpeg, overlays))

@@ -92,9 +92,14 @@ class Streams:
         """Yield a viewer of a stream; it is encoded only while somebody watches."""
         if spec not in self._viewers:
             if len(self._viewers) >= MAX_STREAMS:
-                raise Unavailable(say("stream.too-many", "This camera is streamed at too many sizes and qualities."),
-                                  say("stream.use-common-width", "Use a width that others use, such as 960."),
-                                  reason="too-many-channels")
+                raise Unavailable(
+                    say(
+                        "stream.too-many",
+                        "This camera is streamed at too many sizes and qualities.",
+                    ),
+                    say("stream.use-common-width", "Use a width that others use, such as 960."),
+                    reason="too-many-channels",
+                )
             self._last_number += 1
             self._viewers[spec], self._numbers[spec] = set(), self._last_number
         viewer = Viewer(max_fps)
@@ -134,6 +139,11 @@ class Streams:
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return what the process is to encode."""
-        return [{"number": self._numbers[spec], "spec": asdict(spec),
-                 "interval_s": min(viewer.interval_s for viewer in viewers)}
-                for spec, viewers in self._viewers.items()]
+        return [
+            {
+                "number": self._numbers[spec],
+                "spec": asdict(spec),
+                "interval_s": min(viewer.interval_s for viewer in viewers),
+            }
+            for spec, viewers in self._viewers.items()
+        ]

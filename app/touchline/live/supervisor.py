@@ -29,8 +29,11 @@ CODED_SOURCES = ("rtsp",)  # sources whose pictures may stay the same up to the 
 FROZEN_CODED_S = 60.0
 # of a picture: coded anew from a frozen one, a quarter to all of it stays the same
 SHARE_IN_DOUBT = 0.2
-NO_NOISE_FIX = say("camera.no-noise.fix", "If the camera still delivers new images, set it to less compression and to "
-                   "key frames every few seconds; otherwise restart it.")
+NO_NOISE_FIX = say(
+    "camera.no-noise.fix",
+    "If the camera still delivers new images, set it to less compression and to "
+    "key frames every few seconds; otherwise restart it.",
+)
 
 MEMORY_BYTES = 6 << 30  # of addresses; FFmpeg and camera libraries reserve much more than they use
 RETRY_S, MAX_RETRY_S = 0.5, 5.0
@@ -48,9 +51,24 @@ class ProcessStatus:
     @classmethod
     def initial(cls, now: float) -> Self:
         """Return the status of a process that has sent none yet."""
-        return cls({"state": "connecting", "problem": None, "since_s": 0.0, "seq": 0, "interval_s": 0.0,
-                    "identity": None, "reopened": 0, "age_s": None, "size": None, "encoded": 0, "quality": None,
-                    "drift": None, "failures": {"count": 0, "newest": None}}, now)
+        return cls(
+            {
+                "state": "connecting",
+                "problem": None,
+                "since_s": 0.0,
+                "seq": 0,
+                "interval_s": 0.0,
+                "identity": None,
+                "reopened": 0,
+                "age_s": None,
+                "size": None,
+                "encoded": 0,
+                "quality": None,
+                "drift": None,
+                "failures": {"count": 0, "newest": None},
+            },
+            now,
+        )
 
     def updated(self, values: Any, now: float) -> "ProcessStatus":
         """Return what it is by the newest report, as JSON."""
@@ -76,14 +94,20 @@ class ProcessStatus:
 
 def stall_reason(status: ProcessStatus, now: float, grace_s: float = 0.0) -> Sentence | None:
     """Say why it counts as stalled; None while it does not. grace_s: so much longer than usual."""
-    state, silent_s, age_s = status.values["state"], now - status.received_s, status.frame_age_s(now)
+    state, silent_s, age_s = (
+        status.values["state"],
+        now - status.received_s,
+        status.frame_age_s(now),
+    )
     # A camera maker's library may hold up the whole process while it looks for its cameras.
     if silent_s > (STALL_S if state == "live" else UNKNOWN_S) + grace_s:
         return say("camera.process-silent", "The camera process is not responding.")
     if state == "live" and age_s is not None and age_s > status.stall_s + grace_s:
         return say("camera.no-frame", "No frame received for {seconds:.1f} s.", seconds=age_s)
     if state == "connecting" and status.values["since_s"] + silent_s > OPEN_S + grace_s:
-        return say("camera.no-response", "The camera has not responded for {seconds:g} s.", seconds=OPEN_S)
+        return say(
+            "camera.no-response", "The camera has not responded for {seconds:g} s.", seconds=OPEN_S
+        )
     return None
 
 
@@ -93,10 +117,17 @@ def frozen_reason(status: ProcessStatus, scheme: str) -> Sentence | None:
     if still is None:
         return None
     if still["all_s"] >= (FROZEN_CODED_S if scheme in CODED_SOURCES else FROZEN_S):
-        return say("camera.picture-frozen", "The picture has not changed for {seconds:.0f} s.", seconds=still["all_s"])
+        return say(
+            "camera.picture-frozen",
+            "The picture has not changed for {seconds:.0f} s.",
+            seconds=still["all_s"],
+        )
     if scheme not in CODED_SOURCES and still["had_noise"] and (still["most_s"] or 0.0) >= LONG_S:
-        return say("camera.picture-frozen-but", "The picture has not changed for {seconds:.0f} s, except in a small "
-                   "part.", seconds=still["most_s"])
+        return say(
+            "camera.picture-frozen-but",
+            "The picture has not changed for {seconds:.0f} s, except in a small part.",
+            seconds=still["most_s"],
+        )
     return None
 
 
@@ -105,16 +136,34 @@ def frozen_doubt(status: ProcessStatus, scheme: str) -> Sentence | None:
     still = _still(status, scheme)
     if still is None or still["share"] < SHARE_IN_DOUBT:
         return None
-    return say("camera.no-noise", "{share:.0f} % of the picture has not changed for {seconds:.0f} s: a frozen picture "
-               "looks the same. Movement of the camera cannot be detected.", share=100 * still["share"], seconds=LONG_S)
+    return say(
+        "camera.no-noise",
+        "{share:.0f} % of the picture has not changed for {seconds:.0f} s: a frozen picture "
+        "looks the same. Movement of the camera cannot be detected.",
+        share=100 * still["share"],
+        seconds=LONG_S,
+    )
 
 
 def unmonitored(drift: CameraDrift, why: Sentence) -> CameraDrift:
     """Return what is known of a camera's drift where nobody can know whether its picture is frozen; alarms stay."""
     if drift["alarm"]:
         return {**drift, "monitored": False}
-    return stated(CameraDrift(**{**drift, "state": "unfollowed", "monitored": False, "px": None, "mm": None,
-                                 "sigma_px": None, "sigma_mm": None, "sentence": why, "fix": NO_NOISE_FIX}))
+    return stated(
+        CameraDrift(
+            **{
+                **drift,
+                "state": "unfollowed",
+                "monitored": False,
+                "px": None,
+                "mm": None,
+                "sigma_px": None,
+                "sigma_mm": None,
+                "sentence": why,
+                "fix": NO_NOISE_FIX,
+            }
+        )
+    )
 
 
 def _still(status: ProcessStatus, scheme: str) -> Still | None:
@@ -122,23 +171,42 @@ def _still(status: ProcessStatus, scheme: str) -> Still | None:
     return None if quality is None or scheme in STATIC_SOURCES else quality["still"]
 
 
-def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
-                         image_size: ImageSize | None) -> ProblemJson | None:
+def calibration_mismatch(
+    status: ProcessStatus, confirmed: Identity | None, image_size: ImageSize | None
+) -> ProblemJson | None:
     """Return the problem where the calibration belongs to another camera or another size; None where it fits."""
     size, identity = status.size, status.identity
     if size is not None and image_size is not None and size != image_size:
-        return camera_problem("other-size", say(
-            "camera.other-size", "The camera sends {size}; its calibration is for {wanted}.", size=size,
-            wanted=image_size), SET_RESOLUTION)
+        return camera_problem(
+            "other-size",
+            say(
+                "camera.other-size",
+                "The camera sends {size}; its calibration is for {wanted}.",
+                size=size,
+                wanted=image_size,
+            ),
+            SET_RESOLUTION,
+        )
     if image_size is None or confirmed is None or identity is None:
         return None
     difference = identity.differs_from(confirmed)
-    return None if difference is None else camera_problem(
-        "other-camera",
-        say("camera.other-camera", "This may not be the camera that was calibrated: {difference}.",
-            difference=difference),
-        say("camera.confirm-or-calibrate", "Check the picture. Confirm it if it is the same camera in the same "
-            "position, or calibrate it again."))
+    return (
+        None
+        if difference is None
+        else camera_problem(
+            "other-camera",
+            say(
+                "camera.other-camera",
+                "This may not be the camera that was calibrated: {difference}.",
+                difference=difference,
+            ),
+            say(
+                "camera.confirm-or-calibrate",
+                "Check the picture. Confirm it if it is the same camera in the same "
+                "position, or calibrate it again.",
+            ),
+        )
+    )
 
 
 def camera_problem(reason: str, what: str, fix: str) -> ProblemJson:
@@ -150,10 +218,21 @@ class CameraProcess(AsyncProcess):
 
     PROGRAM = Program("touchline.live.worker_main:main", MEMORY_BYTES)
     START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
-    CANNOT_START = (say("camera.process-cannot-start", "The camera process cannot be started."),
-                    say("camera.free-memory", "Free some memory."), "camera-process")
-    NOT_READY = (say("camera.process-not-ready", "The camera process does not start."), FREE_MEMORY, "camera-process")
-    SILENT = say("camera.silent", "The camera is not responding."), CHECK_STATE_TRY_AGAIN, "camera-silent"
+    CANNOT_START = (
+        say("camera.process-cannot-start", "The camera process cannot be started."),
+        say("camera.free-memory", "Free some memory."),
+        "camera-process",
+    )
+    NOT_READY = (
+        say("camera.process-not-ready", "The camera process does not start."),
+        FREE_MEMORY,
+        "camera-process",
+    )
+    SILENT = (
+        say("camera.silent", "The camera is not responding."),
+        CHECK_STATE_TRY_AGAIN,
+        "camera-silent",
+    )
     ENDED = say("camera.process-ended", "The camera process has ended."), TRY_AGAIN, "camera-silent"
 
 
@@ -164,8 +243,13 @@ class CameraSupervisor:
     called with each message.
     """
 
-    def __init__(self, name: str, spec: dict[str, Any], on_start: Callable[[], None],
-                 on_message: Callable[[Message], None]) -> None:
+    def __init__(
+        self,
+        name: str,
+        spec: dict[str, Any],
+        on_start: Callable[[], None],
+        on_message: Callable[[Message], None],
+    ) -> None:
         self._name, self._spec, self._on_start, self._on_message = name, spec, on_start, on_message
         self.restarts = 0
         self.status: ProcessStatus | None = None  # None until the first process has started
@@ -196,8 +280,11 @@ class CameraSupervisor:
     async def request(self, head: dict[str, Any], timeout_s: float) -> tuple[dict[str, Any], bytes]:
         """Return the process' answer; what it refuses is raised."""
         if self._process is None:
-            what, fix = ((self.problem["what"], self.problem["fix"]) if self.problem
-                         else (say("camera.starting", "The camera is still starting."), TRY_AGAIN))
+            what, fix = (
+                (self.problem["what"], self.problem["fix"])
+                if self.problem
+                else (say("camera.starting", "The camera is still starting."), TRY_AGAIN)
+            )
             raise Unavailable(what, fix, reason="camera-silent")
         return await self._process.request(messages.REQUEST, head, timeout_s)
 
@@ -225,8 +312,9 @@ class CameraSupervisor:
             while True:
                 message = await process.receive()
                 if message.kind == messages.STATUS:
-                    self.status = self.status.updated(decode_body(message.body)[0],
-                                                      asyncio.get_running_loop().time())
+                    self.status = self.status.updated(
+                        decode_body(message.body)[0], asyncio.get_running_loop().time()
+                    )
                 self._on_message(message)
         except (asyncio.IncompleteReadError, OSError):
             return self.status.values["seq"] > 0
@@ -234,8 +322,10 @@ class CameraSupervisor:
             watchdog.cancel()
             self._process = None
             await asyncio.shield(process.end())
-            self.status = ProcessStatus(self.status.values | {"state": "connecting", "problem": None},
-                                        self.status.received_s)
+            self.status = ProcessStatus(
+                self.status.values | {"state": "connecting", "problem": None},
+                self.status.received_s,
+            )
 
     async def _kill_when_stalled(self, process: CameraProcess) -> None:
         loop = asyncio.get_running_loop()

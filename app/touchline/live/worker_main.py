@@ -59,14 +59,18 @@ class QualityMonitor:
         """Work until the process ends, on a thread of its own."""
         seq, due = 0, time.monotonic()
         while True:
-            with self._failures.surviving(say("camera-failure.quality", "Light and focus are not evaluated")):
+            with self._failures.surviving(
+                say("camera-failure.quality", "Light and focus are not evaluated")
+            ):
                 if time.monotonic() >= due and not self._capture.resting:
                     due = time.monotonic() + FLICKER_EVERY_S
                     self._flicker = self._burst(seq) or self._flicker
                 taken = self._capture.after(seq, EVERY_S, in_passing=True)
                 if taken is not None:
                     seq = taken.seq
-                    self.newest = self._look(opencv.shrink_to_width(taken.frame.pixels, WIDTH_PX), taken)
+                    self.newest = self._look(
+                        opencv.shrink_to_width(taken.frame.pixels, WIDTH_PX), taken
+                    )
             time.sleep(EVERY_S)
 
     def _look(self, small: NDArray[np.uint8], taken: CapturedFrame) -> PictureQuality:
@@ -75,12 +79,21 @@ class QualityMonitor:
         found_light = light.measure_light(small, field)
         # reduced, a soft edge looks sharp
         found_sharpness = sharpness.measure_sharpness(taken.frame.pixels, field)
-        words = [*light.advice(found_light), *sharpness.advice(found_sharpness), *flicker.advice(self._flicker)]
+        words = [
+            *light.advice(found_light),
+            *sharpness.advice(found_sharpness),
+            *flicker.advice(self._flicker),
+        ]
         words.sort(key=lambda word: word["severity"] != "warning")
         found_print = PicturePrint.of(small)
-        return {"still": still, "light": found_light.to_json(),
-                "sharpness": found_sharpness.to_json(), "words": words, "flicker": self._flicker,
-                "print": None if found_print is None else found_print.to_text()}
+        return {
+            "still": still,
+            "light": found_light.to_json(),
+            "sharpness": found_sharpness.to_json(),
+            "words": words,
+            "flicker": self._flicker,
+            "print": None if found_print is None else found_print.to_text(),
+        }
 
     def _burst(self, seq: int) -> flicker.Flicker | None:
         times, rows = list[float](), list[NDArray[np.float32]]()
@@ -104,9 +117,18 @@ class QualityMonitor:
             return None
         if self._mask is None or self._mask[:2] != (applied.record.id, raw):
             x, y = np.meshgrid(np.arange(width), np.arange(height))
-            points = np.stack([(x + 0.5) * raw.width / width - 0.5, (y + 0.5) * raw.height / height - 0.5], axis=-1)
-            corrected = applied.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)
-            self._mask = applied.record.id, raw, inside_picture(corrected, applied.model.corrected_size, 0)
+            points = np.stack(
+                [(x + 0.5) * raw.width / width - 0.5, (y + 0.5) * raw.height / height - 0.5],
+                axis=-1,
+            )
+            corrected = applied.model.corrected_from_raw(points.reshape(-1, 2)).reshape(
+                height, width, 2
+            )
+            self._mask = (
+                applied.record.id,
+                raw,
+                inside_picture(corrected, applied.model.corrected_size, 0),
+            )
         return self._mask[2]
 
 
@@ -125,10 +147,13 @@ class CameraWorker:
 
     def __init__(self, connection: Connection, arguments: dict[str, Any]) -> None:
         limits = ImageLimits(**arguments["limits"])
-        context = SourceContext({name: field_from_json(one) for name, one in arguments["fields"].items()},
-                                lambda data: decode_in_process(data, limits),
-                                Path(arguments["pictures"]) if arguments["pictures"] else None,
-                                tuple(arguments["hosts"]), lambda data: read_in_process(data, limits))
+        context = SourceContext(
+            {name: field_from_json(one) for name, one in arguments["fields"].items()},
+            lambda data: decode_in_process(data, limits),
+            Path(arguments["pictures"]) if arguments["pictures"] else None,
+            tuple(arguments["hosts"]),
+            lambda data: read_in_process(data, limits),
+        )
         self._connection = connection
         self._capture = FrameCapture(arguments["source"], context)
         self._failures = Failures()
@@ -136,21 +161,38 @@ class CameraWorker:
         self._quality = QualityMonitor(self._capture, self._encoder, self._failures)
         self._parts: dict[int, CameraPart] = {}  # by their number in the list that both sides have
         for number, target in enumerate(arguments.get("parts", ())):
-            around = PartContext(self._capture, partial(connection.send, messages.FEED, number),
-                                 partial(connection.send, messages.PICTURE), self._failures, limits)
+            around = PartContext(
+                self._capture,
+                partial(connection.send, messages.FEED, number),
+                partial(connection.send, messages.PICTURE),
+                self._failures,
+                limits,
+            )
             with self._surviving(target):
                 self._parts[number] = load(target)(around)
         self._requests: dict[str, Request] = {
             "still": lambda r: take_still(self._capture, r["frames"], r["over_s"], r["timeout_s"]),
-            "controls": lambda r: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
-            "set": lambda r: ({"control": asdict(self._capture.set_control(r["name"], r["value"]))}, b""),
+            "controls": lambda r: (
+                {"controls": [asdict(c) for c in self._capture.controls()]},
+                b"",
+            ),
+            "set": lambda r: (
+                {"control": asdict(self._capture.set_control(r["name"], r["value"]))},
+                b"",
+            ),
         }
         for part in self._parts.values():
             self._requests.update(part.requests)
 
     def run(self) -> None:
         threads = (run for part in self._parts.values() for run in part.threads)
-        for run in (self._capture.run, self._encoder.run, self._quality.run, *threads, self._report):
+        for run in (
+            self._capture.run,
+            self._encoder.run,
+            self._quality.run,
+            *threads,
+            self._report,
+        ):
             threading.Thread(target=run, name=run.__qualname__, daemon=True).start()
         while True:
             kind, number, body = self._connection.receive()
@@ -158,7 +200,9 @@ class CameraWorker:
             if kind == messages.STREAMS:
                 self._watch(head["streams"])
             elif kind == messages.CALIBRATE:
-                calibration = head["calibration"] and AppliedCalibration.of(Calibration.from_json(head["calibration"]))
+                calibration = head["calibration"] and AppliedCalibration.of(
+                    Calibration.from_json(head["calibration"])
+                )
                 self._encoder.apply(calibration)
                 for part in self._parts.values():
                     with self._surviving(part):
@@ -168,18 +212,28 @@ class CameraWorker:
                     with self._surviving(followed):
                         followed.follow(head["settings"])
             elif kind == messages.REQUEST:
-                threading.Thread(target=answer, args=(self._connection, number, lambda head=head: self._perform(head)),
-                                 daemon=True).start()
+                threading.Thread(
+                    target=answer,
+                    args=(self._connection, number, lambda head=head: self._perform(head)),
+                    daemon=True,
+                ).start()
 
     def _surviving(self, part: CameraPart | str) -> contextlib.AbstractContextManager[None]:
         """Return a context in which a part may fail: the picture goes on."""
-        return self._failures.surviving(say("camera-failure.part", "The part {part} of the camera process failed",
-                                            part=part if isinstance(part, str) else type(part).__name__))
+        return self._failures.surviving(
+            say(
+                "camera-failure.part",
+                "The part {part} of the camera process failed",
+                part=part if isinstance(part, str) else type(part).__name__,
+            )
+        )
 
     def _watch(self, given: list[dict[str, Any]]) -> None:
         streams = {one["number"]: (StreamSpec(**one["spec"]), one["interval_s"]) for one in given}
         of_parts = {number: one for number, one in streams.items() if one[0].is_of_part}
-        self._encoder.watch({number: one for number, one in streams.items() if number not in of_parts})
+        self._encoder.watch(
+            {number: one for number, one in streams.items() if number not in of_parts}
+        )
         for part in self._parts.values():
             with self._surviving(part):
                 part.watch(of_parts)
@@ -189,8 +243,11 @@ class CameraWorker:
         with contextlib.suppress(OSError):  # the server is gone
             while True:
                 status: ProcessValues = {
-                    **self._capture.status(), "encoded": self._encoder.encoded, "quality": self._quality.newest,
-                    "failures": self._failures.to_json()}
+                    **self._capture.status(),
+                    "encoded": self._encoder.encoded,
+                    "quality": self._quality.newest,
+                    "failures": self._failures.to_json(),
+                }
                 for part in self._parts.values():
                     with self._surviving(part):
                         status |= part.status()  # type: ignore[typeddict-item]
@@ -202,5 +259,11 @@ class CameraWorker:
         try:
             return self._requests[request["what"]](request)
         except MemoryError:
-            raise BadInput(say("camera.process-memory", "The camera process does not have enough memory for this."),
-                           say("camera.fewer-frames", "Request fewer frames."), reason="camera-memory") from None
+            raise BadInput(
+                say(
+                    "camera.process-memory",
+                    "The camera process does not have enough memory for this.",
+                ),
+                say("camera.fewer-frames", "Request fewer frames."),
+                reason="camera-memory",
+            ) from None

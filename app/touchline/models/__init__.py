@@ -24,22 +24,34 @@ from touchline.core.records import Calibration
 from touchline.core.registry import Registry
 from touchline.models.contract import CameraModel, RayModel
 
-__all__ = ["MODELS", "CameraModel", "RayModel", "Restored", "field_from_raw", "model_from_json", "model_of",
-           "parameters_json", "raw_from_field"]
+__all__ = [
+    "MODELS",
+    "CameraModel",
+    "RayModel",
+    "Restored",
+    "field_from_raw",
+    "model_from_json",
+    "model_of",
+    "parameters_json",
+    "raw_from_field",
+]
 
-MODELS: Registry[type[CameraModel]] = Registry("camera model", {
-    # the paper's: two 1-D corrections from four borders
-    "polynomial": "touchline.models.polynomial:Polynomial",
-    # no lens at all: eight numbers from four lines
-    "homography": "touchline.models.homography:Homography",
-    # of earlier versions, read and no longer fitted
-    "thin-plate": "touchline.models.thin_plate:ThinPlate",
-    "division": "touchline.models.ray_camera:Division",  # a pinhole with one distortion number
-    # radial and tangential: nearly every field camera
-    "brown-conrady": "touchline.models.ray_camera:BrownConrady",
-    "fisheye": "touchline.models.ray_camera:Fisheye",  # Kannala–Brandt, for very wide lenses
-    "ssl": "touchline.models.ray_camera:Ssl",  # the league's one term, for its software
-})
+MODELS: Registry[type[CameraModel]] = Registry(
+    "camera model",
+    {
+        # the paper's: two 1-D corrections from four borders
+        "polynomial": "touchline.models.polynomial:Polynomial",
+        # no lens at all: eight numbers from four lines
+        "homography": "touchline.models.homography:Homography",
+        # of earlier versions, read and no longer fitted
+        "thin-plate": "touchline.models.thin_plate:ThinPlate",
+        "division": "touchline.models.ray_camera:Division",  # a pinhole with one distortion number
+        # radial and tangential: nearly every field camera
+        "brown-conrady": "touchline.models.ray_camera:BrownConrady",
+        "fisheye": "touchline.models.ray_camera:Fisheye",  # Kannala–Brandt, for very wide lenses
+        "ssl": "touchline.models.ray_camera:Ssl",  # the league's one term, for its software
+    },
+)
 
 
 def field_from_raw(model: CameraModel, points: Points) -> Points:
@@ -59,10 +71,12 @@ def model_from_json(name: str, parameters: Mapping[str, Any]) -> CameraModel:
 
 def parameters_json(model: Any) -> dict[str, Any]:
     """Return asdict() with lists for tuples: what json.loads would give back."""
+
     def plain(value: Any) -> Any:
         if isinstance(value, dict):
             return {k: plain(v) for k, v in value.items()}
         return [plain(v) for v in value] if isinstance(value, (list, tuple)) else value
+
     return plain(asdict(model))
 
 

@@ -58,13 +58,20 @@ class Distortion:
     def terms_for(self, focal_px: float) -> dict[str, float]:
         """Return the terms in units of that focal length."""
         scale = focal_px / self.unit_px
-        return {name: float(self.terms[self.lens.TERMS.index(name)] * scale**self.lens.power(name))
-                for name in LINE_LENSES[self.name][1]}
+        return {
+            name: float(self.terms[self.lens.TERMS.index(name)] * scale ** self.lens.power(name))
+            for name in LINE_LENSES[self.name][1]
+        }
 
     def to_json(self) -> dict[str, Any]:
-        return {"name": self.name, "terms": dict(zip(self.lens.TERMS, self.terms, strict=True)),
-                "unit": "half-diagonal", "unit_px": self.unit_px, "centre_px": list(self.centre_px),
-                "image_size": [self.image_size.width, self.image_size.height]}
+        return {
+            "name": self.name,
+            "terms": dict(zip(self.lens.TERMS, self.terms, strict=True)),
+            "unit": "half-diagonal",
+            "unit_px": self.unit_px,
+            "centre_px": list(self.centre_px),
+            "image_size": [self.image_size.width, self.image_size.height],
+        }
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
@@ -78,9 +85,11 @@ class Distortion:
             if not np.isfinite([*terms, x, y]).all():
                 raise ValueError("not finite")
         except (KeyError, TypeError, ValueError, OverflowError):
-            raise BadInput("This is not a lens from straight lines.",
-                           "Send a lens as the report on straight lines gives it.",
-                           reason="bad-lens") from None
+            raise BadInput(
+                "This is not a lens from straight lines.",
+                "Send a lens as the report on straight lines gives it.",
+                reason="bad-lens",
+            ) from None
         return cls(name, terms, (x, y), size)
 
     def _plane(self, pixels: Points) -> Array:

@@ -16,7 +16,14 @@ import numpy as np
 
 from touchline.core.errors import BadInput
 from touchline.core.field import Region
-from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_triple, unreachable_where
+from touchline.core.geometry import (
+    MAX_COORDINATE,
+    Array,
+    ImageSize,
+    Points,
+    as_triple,
+    unreachable_where,
+)
 from touchline.core.statements import named
 from touchline.models.contract import EXPORTED, TopView, read_model
 
@@ -31,8 +38,10 @@ class Homography(TopView):
 
     NAME: ClassVar[str] = "homography"
     TITLE: ClassVar[str] = named("model.homography", "Homography")
-    HELP: ClassVar[str] = ("A camera without lens distortion, directly from four lines. Exact for a perfect lens; with "
-                           "distortion, errors of centimetres remain.")
+    HELP: ClassVar[str] = (
+        "A camera without lens distortion, directly from four lines. Exact for a perfect lens; with "
+        "distortion, errors of centimetres remain."
+    )
 
     field_from_raw: Matrix
     width_px: float
@@ -65,8 +74,15 @@ class Homography(TopView):
         model = read_model(cls, parameters)
         matrix = np.array(model.field_from_raw)
         with np.errstate(all="ignore"):
-            if not ((np.abs(matrix) < MAX_COORDINATE).all() and abs(np.linalg.det(matrix) + 1) < UNIT_DET):
-                raise BadInput("The determinant of field_from_raw is not -1.", EXPORTED, reason="bad-parameters")
+            if not (
+                (np.abs(matrix) < MAX_COORDINATE).all()
+                and abs(np.linalg.det(matrix) + 1) < UNIT_DET
+            ):
+                raise BadInput(
+                    "The determinant of field_from_raw is not -1.",
+                    EXPORTED,
+                    reason="bad-parameters",
+                )
         return model
 
 
@@ -82,5 +98,7 @@ def apply_homography(matrix: Array, points: Points) -> Points:
         points = np.asarray(points, float)
         there = points @ matrix[:, :2].T + matrix[:, 2]
         mapped = there[..., :2] / there[..., 2:]
-        near = (np.abs(points) < MAX_COORDINATE).all(axis=-1) & (np.abs(mapped) < MAX_COORDINATE).all(axis=-1)
+        near = (np.abs(points) < MAX_COORDINATE).all(axis=-1) & (
+            np.abs(mapped) < MAX_COORDINATE
+        ).all(axis=-1)
     return unreachable_where(~near | ~(there[..., 2] > 0), mapped)

@@ -52,26 +52,37 @@ class Intrinsics:
     @property
     def values(self) -> dict[str, float]:
         """Return every parameter by name, in the covariance's units."""
-        return {"log_focal": float(np.log(self.focal_px)), "aspect": self.aspect, "centre_x": self.centre_px[0],
-                "centre_y": self.centre_px[1], **dict(zip(self.lens.TERMS, self.terms, strict=True))}
+        return {
+            "log_focal": float(np.log(self.focal_px)),
+            "aspect": self.aspect,
+            "centre_x": self.centre_px[0],
+            "centre_y": self.centre_px[1],
+            **dict(zip(self.lens.TERMS, self.terms, strict=True)),
+        }
 
     @property
     def sigma(self) -> dict[str, float]:
         """Return σ of each estimated parameter."""
-        return {name: float(np.sqrt(max(self.covariance[i][i], 0.0))) for i, name in enumerate(self.estimated)}
+        return {
+            name: float(np.sqrt(max(self.covariance[i][i], 0.0)))
+            for i, name in enumerate(self.estimated)
+        }
 
     def project(self, rays: Array) -> Points:
         """Map rays (…, 3) in the camera's frame to raw pixels (…, 2); NaN beyond the lens's horizon."""
         with np.errstate(all="ignore"):
-            pixels = self.lens.distort(np.array(self.terms), np.asarray(rays, float)) * self._focal \
-                + np.array(self.centre_px)
+            pixels = self.lens.distort(
+                np.array(self.terms), np.asarray(rays, float)
+            ) * self._focal + np.array(self.centre_px)
             return unreachable_where(~(np.abs(pixels) < MAX_COORDINATE).all(axis=-1), pixels)
 
     def rays(self, pixels: Points) -> Array:
         """Map raw pixels (…, 2) to rays (…, 3) of unit length; NaN beyond the lens's horizon."""
         with np.errstate(all="ignore"):
-            rays = self.lens.undistort(np.array(self.terms),
-                                       (np.asarray(pixels, float) - np.array(self.centre_px)) / self._focal)
+            rays = self.lens.undistort(
+                np.array(self.terms),
+                (np.asarray(pixels, float) - np.array(self.centre_px)) / self._focal,
+            )
             return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
 
     @property
@@ -92,17 +103,28 @@ class Intrinsics:
     def _refuse_nonsense(self) -> None:
         numbers = np.array([*self.terms, self.focal_px, self.aspect, *self.centre_px])
         n = len(self.estimated)
-        fine = (len(self.terms) == len(self.lens.TERMS) and np.isfinite(numbers).all()
-                and np.abs(numbers).max() < MAX_COORDINATE
-                and 0.05 * self.image_size.width <= self.focal_px <= 100 * self.image_size.width
-                and 0.5 <= self.aspect <= 2 and len(set(self.estimated)) == n
-                and set(self.estimated) <= {*PINHOLE_PARAMETERS, *self.lens.TERMS} and len(self.covariance) == n
-                and all(len(row) == n for row in self.covariance))
+        fine = (
+            len(self.terms) == len(self.lens.TERMS)
+            and np.isfinite(numbers).all()
+            and np.abs(numbers).max() < MAX_COORDINATE
+            and 0.05 * self.image_size.width <= self.focal_px <= 100 * self.image_size.width
+            and 0.5 <= self.aspect <= 2
+            and len(set(self.estimated)) == n
+            and set(self.estimated) <= {*PINHOLE_PARAMETERS, *self.lens.TERMS}
+            and len(self.covariance) == n
+            and all(len(row) == n for row in self.covariance)
+        )
         if fine and n:
             c = np.array(self.covariance)
-            fine = bool(np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all())
+            fine = bool(
+                np.isfinite(c).all()
+                and np.allclose(c, c.T, rtol=1e-6, atol=0)
+                and (np.diag(c) >= 0).all()
+            )
         if not fine:
-            raise BadInput("These parameters do not describe a lens.", RETURNED, reason="bad-parameters")
+            raise BadInput(
+                "These parameters do not describe a lens.", RETURNED, reason="bad-parameters"
+            )
 
 
 def picture_grid(size: ImageSize, columns: int = GRID[0], rows: int = GRID[1]) -> Array:
@@ -122,8 +144,13 @@ def lens_difference(first: Intrinsics, second: Intrinsics, pixels: Array | None 
         fine = np.isfinite(projected).all(axis=-1)
         if fine.sum() < 3:
             break
-        by = np.stack([(second.project(rays @ (turn @ rotation).T) - projected)[fine].ravel() / STEP_RAD
-                       for turn in matrix_from_vector(np.eye(3) * STEP_RAD)], axis=1)
+        by = np.stack(
+            [
+                (second.project(rays @ (turn @ rotation).T) - projected)[fine].ravel() / STEP_RAD
+                for turn in matrix_from_vector(np.eye(3) * STEP_RAD)
+            ],
+            axis=1,
+        )
         error = (projected - pixels)[fine].ravel()
         known = np.isfinite(by).all(axis=1)
         step = np.linalg.lstsq(by[known], -error[known], rcond=None)[0]

@@ -25,7 +25,14 @@ from numpy.typing import NDArray
 
 from touchline.core.errors import BadInput
 from touchline.core.field import Region
-from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Mask, Points, unreachable_where
+from touchline.core.geometry import (
+    MAX_COORDINATE,
+    Array,
+    ImageSize,
+    Mask,
+    Points,
+    unreachable_where,
+)
 from touchline.core.statements import named
 from touchline.models.contract import EXPORTED, CameraModel, read_model
 
@@ -60,8 +67,13 @@ class Curve:
         """Return ascending coefficients in the position itself: Σ a_k position^k."""
         result: NDArray[np.floating] = np.zeros(1)
         for c in reversed(self.coefficients):  # Horner, with polynomials for numbers
-            result = polynomial.polyadd(polynomial.polymul(result, (-self.centre / self.scale, 1 / self.scale)), (c,))
-        return tuple(float(c) for c in np.pad(result, (0, len(self.coefficients) - len(result)))[: self.degree + 1])
+            result = polynomial.polyadd(
+                polynomial.polymul(result, (-self.centre / self.scale, 1 / self.scale)), (c,)
+            )
+        return tuple(
+            float(c)
+            for c in np.pad(result, (0, len(self.coefficients) - len(result)))[: self.degree + 1]
+        )
 
 
 @dataclass(frozen=True)
@@ -75,8 +87,10 @@ class Polynomial(CameraModel):
 
     NAME: ClassVar[str] = "polynomial"
     TITLE: ClassVar[str] = named("model.polynomial", "Boundary polynomials")
-    HELP: ClassVar[str] = ("Straightens the four borders exactly and requires no lens model. With strong distortion, "
-                           "errors of centimetres remain inside the field.")
+    HELP: ClassVar[str] = (
+        "Straightens the four borders exactly and requires no lens model. With strong distortion, "
+        "errors of centimetres remain inside the field."
+    )
 
     left: Curve
     right: Curve
@@ -101,7 +115,9 @@ class Polynomial(CameraModel):
             y_initial = self.top(x_c)
             extent_y = self.bottom(x_c) - y_initial
             y_c = (y - y_initial) * self.height_px / extent_y  # Eq. (8), likewise
-            return unreachable_where(self._beyond(y, x_c, extent_x, extent_y), np.stack([x_c, y_c], axis=-1))
+            return unreachable_where(
+                self._beyond(y, x_c, extent_x, extent_y), np.stack([x_c, y_c], axis=-1)
+            )
 
     def raw_from_corrected(self, points: Points) -> Points:
         """Map corrected pixels (..., 2) to raw ones, in one pass; NaN as in corrected_from_raw."""
@@ -127,8 +143,14 @@ class Polynomial(CameraModel):
         Both ways read each curve at the same place, so the test is the same both ways. NaN counts as beyond.
         """
         width, (height, middle) = self.width_px, (self.image_size.height, self.image_size.centre[1])
-        near_columns = (extent_y >= MIN_EXTENT_PX) & (np.abs(x_c - width / 2) <= (0.5 + REACH) * width)
-        return ~(near_columns & (extent_x >= MIN_EXTENT_PX) & (np.abs(y - middle) <= (0.5 + REACH) * height))
+        near_columns = (extent_y >= MIN_EXTENT_PX) & (
+            np.abs(x_c - width / 2) <= (0.5 + REACH) * width
+        )
+        return ~(
+            near_columns
+            & (extent_x >= MIN_EXTENT_PX)
+            & (np.abs(y - middle) <= (0.5 + REACH) * height)
+        )
 
     def field_from_corrected(self, points: Points) -> Points:
         """Map corrected pixels to field mm by the model relation; NaN where it is not monotonic."""
@@ -136,8 +158,12 @@ class Polynomial(CameraModel):
         rows = points[..., 1] / self.height_px
         low, high = self._rising
         with np.errstate(all="ignore"):
-            region = np.stack([a + b * points[..., 0], polynomial.polyval(rows, self.down_mm)], axis=-1)
-            return self.region.field_from_region(unreachable_where(~((rows >= low) & (rows <= high)), region))
+            region = np.stack(
+                [a + b * points[..., 0], polynomial.polyval(rows, self.down_mm)], axis=-1
+            )
+            return self.region.field_from_region(
+                unreachable_where(~((rows >= low) & (rows <= high)), region)
+            )
 
     def corrected_from_field(self, points: Points) -> Points:
         """Map field mm to corrected pixels, the exact inverse; NaN where no row has that place."""
@@ -159,7 +185,10 @@ class Polynomial(CameraModel):
         turns = polynomial.polyroots(slope)
         turns = turns[np.abs(turns.imag) < 1e-9].real
         below, above = turns[turns < 0.5], turns[turns > 0.5]
-        return (float(below.max()) if below.size else limits[0], float(above.min()) if above.size else limits[1])
+        return (
+            float(below.max()) if below.size else limits[0],
+            float(above.min()) if above.size else limits[1],
+        )
 
     def _rows_from_down(self, v: Array) -> Array:
         """Solve v = Σ c_k s^k for s in the rising interval: Newton's method, bisection where it would leave."""
@@ -170,7 +199,9 @@ class Polynomial(CameraModel):
         value = np.asarray(v, float)
         slope = polynomial.polyder(c)
         with np.errstate(all="ignore"):
-            reachable = (value >= polynomial.polyval(low_end, c)) & (value <= polynomial.polyval(high_end, c))
+            reachable = (value >= polynomial.polyval(low_end, c)) & (
+                value <= polynomial.polyval(high_end, c)
+            )
             value = np.where(reachable, value, c[0])
             low, high = np.full(value.shape, low_end), np.full(value.shape, high_end)
             s = np.clip(value / self.region.height_mm, low_end, high_end)
@@ -197,9 +228,16 @@ class Polynomial(CameraModel):
         numbers = [*self.across_mm, *self.down_mm]
         for curve in curves:
             numbers += [curve.centre, curve.scale, *curve.coefficients]
-        if not (np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE * 1e3
-                and all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0 for c in curves)
-                and self.across_mm[1] > 0
-                and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)):
-            raise BadInput("These parameters do not describe a camera over a field.", EXPORTED,
-                           reason="bad-parameters")
+        if not (
+            np.isfinite(numbers).all()
+            and np.abs(numbers).max() < MAX_COORDINATE * 1e3
+            and all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0 for c in curves)
+            and self.across_mm[1] > 0
+            and 2 <= len(self.down_mm) <= 9
+            and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)
+        ):
+            raise BadInput(
+                "These parameters do not describe a camera over a field.",
+                EXPORTED,
+                reason="bad-parameters",
+            )

@@ -16,7 +16,15 @@ import numpy as np
 
 from touchline.core.errors import BadInput
 from touchline.core.field import Region
-from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Mask, Points, unreachable_where, with_z
+from touchline.core.geometry import (
+    MAX_COORDINATE,
+    Array,
+    ImageSize,
+    Mask,
+    Points,
+    unreachable_where,
+    with_z,
+)
 from touchline.core.statements import named
 from touchline.models import MODELS
 from touchline.models.contract import EXPORTED, RayModel, TopView, read_model
@@ -65,7 +73,9 @@ class RayCamera(TopView, RayModel):
     def project(self, points_field_xyz: Array) -> Points:
         """Map field mm (..., 3) to raw pixels; NaN behind the camera, past the horizon, or far outside the picture."""
         with np.errstate(all="ignore"):
-            rays = (np.asarray(points_field_xyz, float) - np.array(self.position_mm)) @ self.camera_from_field.T
+            rays = (
+                np.asarray(points_field_xyz, float) - np.array(self.position_mm)
+            ) @ self.camera_from_field.T
             pixels = self.pixels_from_rays(rays)
             near = np.all(np.abs(points_field_xyz) < MAX_COORDINATE, axis=-1)
         return unreachable_where(~near | self._beyond(pixels), pixels)
@@ -78,13 +88,17 @@ class RayCamera(TopView, RayModel):
             reach = (z_mm - z) / rays[..., 2]
             field = np.array([x, y]) + rays[..., :2] * reach[..., None]
             far = ~np.all(np.abs(field) < MAX_COORDINATE, axis=-1)
-            return unreachable_where(~(reach > 0) | far | self._beyond(np.asarray(pixels, float)), field)
+            return unreachable_where(
+                ~(reach > 0) | far | self._beyond(np.asarray(pixels, float)), field
+            )
 
     def rays(self, pixels: Points) -> Array:
         """Map raw pixels (..., 2) to rays (..., 3) in the camera's frame; NaN beyond the lens's horizon."""
         with np.errstate(all="ignore"):
             about = np.asarray(pixels, float) - np.array(self.centre_px)
-            return self.LENS.undistort(self._terms, about / (self.focal_px * np.array([1, self.aspect])))
+            return self.LENS.undistort(
+                self._terms, about / (self.focal_px * np.array([1, self.aspect]))
+            )
 
     def pixels_from_rays(self, rays: Array) -> Points:
         """Map rays (..., 3) in the camera's frame to raw pixels (..., 2); NaN behind it and beyond the horizon."""
@@ -107,25 +121,42 @@ class RayCamera(TopView, RayModel):
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         model = read_model(cls, parameters)
         if not model.plausible():
-            raise BadInput("These parameters do not describe a camera over a field.", EXPORTED,
-                           reason="bad-parameters")
+            raise BadInput(
+                "These parameters do not describe a camera over a field.",
+                EXPORTED,
+                reason="bad-parameters",
+            )
         return model
 
     def plausible(self) -> bool:
         """Return whether this can be a camera above a field: finite, above the carpet, with a usual focal length."""
-        numbers = [*self.lens_terms, self.focal_px, self.aspect, *self.centre_px, *self.rotation, *self.position_mm]
+        numbers = [
+            *self.lens_terms,
+            self.focal_px,
+            self.aspect,
+            *self.centre_px,
+            *self.rotation,
+            *self.position_mm,
+        ]
         width = self.image_size.width
-        return bool(len(self.lens_terms) == len(self.LENS.TERMS) and np.isfinite(numbers).all()
-                    and np.abs(numbers).max() < MAX_COORDINATE
-                    and 0.05 * width <= self.focal_px <= 100 * width and 0.5 <= self.aspect <= 2
-                    and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10)
+        return bool(
+            len(self.lens_terms) == len(self.LENS.TERMS)
+            and np.isfinite(numbers).all()
+            and np.abs(numbers).max() < MAX_COORDINATE
+            and 0.05 * width <= self.focal_px <= 100 * width
+            and 0.5 <= self.aspect <= 2
+            and self.position_mm[2] > 0
+            and np.linalg.norm(self.rotation) < 10
+        )
 
 
 def lens_model(name: str) -> type[RayCamera]:
     """Return the model of that name in MODELS; BadInput for one without a lens."""
     model = MODELS[name]
     if not issubclass(model, RayCamera):
-        raise BadInput(f"The model {name} has no lens.", "Use a physical lens model.", reason="bad-parameters")
+        raise BadInput(
+            f"The model {name} has no lens.", "Use a physical lens model.", reason="bad-parameters"
+        )
     return model
 
 
@@ -135,8 +166,10 @@ class Division(RayCamera):
 
     NAME: ClassVar[str] = "division"
     TITLE: ClassVar[str] = named("model.division", "Division")
-    HELP: ClassVar[str] = ("A pinhole with one distortion parameter: requires the fewest points of all models with "
-                           "distortion.")
+    HELP: ClassVar[str] = (
+        "A pinhole with one distortion parameter: requires the fewest points of all models with "
+        "distortion."
+    )
     LENS: ClassVar[type[Lens]] = DivisionLens
 
 
@@ -146,7 +179,9 @@ class BrownConrady(RayCamera):
 
     NAME: ClassVar[str] = "brown-conrady"
     TITLE: ClassVar[str] = named("model.brown-conrady", "Brown–Conrady")
-    HELP: ClassVar[str] = "A pinhole with radial and tangential distortion: suitable for nearly every field camera."
+    HELP: ClassVar[str] = (
+        "A pinhole with radial and tangential distortion: suitable for nearly every field camera."
+    )
     LENS: ClassVar[type[Lens]] = BrownConradyLens
 
 
@@ -156,8 +191,10 @@ class Fisheye(RayCamera):
 
     NAME: ClassVar[str] = "fisheye"
     TITLE: ClassVar[str] = named("model.fisheye", "Fisheye (Kannala–Brandt)")
-    HELP: ClassVar[str] = ("For very wide lenses that show straight lines as arcs. Requires points out to the edge of "
-                           "the image.")
+    HELP: ClassVar[str] = (
+        "For very wide lenses that show straight lines as arcs. Requires points out to the edge of "
+        "the image."
+    )
     LENS: ClassVar[type[Lens]] = KannalaBrandtLens
 
 
@@ -167,6 +204,8 @@ class Ssl(RayCamera):
 
     NAME: ClassVar[str] = "ssl"
     TITLE: ClassVar[str] = named("model.ssl", "SSL")
-    HELP: ClassVar[str] = ("The one-parameter lens of the Small Size League: choose it when SSL-Vision must use the "
-                           "result.")
+    HELP: ClassVar[str] = (
+        "The one-parameter lens of the Small Size League: choose it when SSL-Vision must use the "
+        "result."
+    )
     LENS: ClassVar[type[Lens]] = SslLens

@@ -5,7 +5,9 @@ import numpy as np
 from touchline.core.geometry import Array
 
 # [eᵢ]×, each as one row of nine
-UNIT_CROSS_ROWS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0.0]])
+UNIT_CROSS_ROWS = np.array(
+    [[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0.0]]
+)
 
 
 def cross_matrix(v: Array) -> Array:

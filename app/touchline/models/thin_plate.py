@@ -59,15 +59,17 @@ class Spline:
         slope = np.broadcast_to(self.plane[1:].T, (len(places), 2, 2)).copy()
         step = max(1, BLOCK // max(1, len(self.knots)))
         for begin in range(0, len(places) if len(self.knots) else 0, step):
-            some = places[begin:begin + step]
+            some = places[begin : begin + step]
             square = _squares(some, self.knots)
             log = np.log(square)
-            value[begin:begin + step] += (0.5 * square * log) @ self.weights
+            value[begin : begin + step] += (0.5 * square * log) @ self.weights
             if gradient:  # dU/dQ = (log r² + 1) (Q - K)
                 log += 1
                 for c in range(2):
                     by = log * self.weights[:, c]
-                    slope[begin:begin + step, c] += some * by.sum(axis=1, keepdims=True) - by @ self.knots
+                    slope[begin : begin + step, c] += (
+                        some * by.sum(axis=1, keepdims=True) - by @ self.knots
+                    )
         return value, slope
 
 
@@ -120,8 +122,11 @@ class ThinPlate(CameraModel):
     @cached_property
     def _spline(self) -> Spline:
         middle, unit = spline_frame(self.base)
-        return Spline((np.array(self.knots).reshape(-1, 2) - middle) / unit, np.array(self.weights).reshape(-1, 2),
-                      np.array(self.plane))
+        return Spline(
+            (np.array(self.knots).reshape(-1, 2) - middle) / unit,
+            np.array(self.weights).reshape(-1, 2),
+            np.array(self.plane),
+        )
 
     def field_from_corrected(self, points: Points) -> Points:
         return self.base.field_from_corrected(points)
@@ -132,7 +137,9 @@ class ThinPlate(CameraModel):
     def raw_from_corrected(self, points: Points) -> Points:
         """Map corrected pixels to raw ones; NaN outside the box of the spline's reach."""
         points = np.asarray(points, float)
-        return self.base.raw_from_corrected(unreachable_where(~self._inside(points), self._bent(points)))
+        return self.base.raw_from_corrected(
+            unreachable_where(~self._inside(points), self._bent(points))
+        )
 
     def corrected_from_raw(self, points: Points) -> Points:
         """Map raw pixels to corrected ones, to 1e-9 px; NaN outside the box of the spline's reach."""
@@ -147,7 +154,9 @@ class ThinPlate(CameraModel):
         middle, unit = spline_frame(self.base)
         with np.errstate(all="ignore"):
             near = np.where(self._inside(points)[..., None], points, np.nan)
-            return near + self._spline(((near - middle) / unit).reshape(-1, 2)).reshape(points.shape)
+            return near + self._spline(((near - middle) / unit).reshape(-1, 2)).reshape(
+                points.shape
+            )
 
     def _unbent(self, wanted: Points) -> Points:
         """Solve q + s(q) = wanted (n, 2) inside a slightly larger box; NaN where Newton's method does not end there."""
@@ -175,16 +184,36 @@ class ThinPlate(CameraModel):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        p = read(_Parameters, parameters, f"The parameters of the model {cls.NAME}", EXPORTED, "bad-parameters")
-        model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]), p["knots"], p["weights"], p["plane"],
-                    p["reach"])
+        p = read(
+            _Parameters,
+            parameters,
+            f"The parameters of the model {cls.NAME}",
+            EXPORTED,
+            "bad-parameters",
+        )
+        model = cls(
+            p["base_name"],
+            model_from_json(p["base_name"], p["base"]),
+            p["knots"],
+            p["weights"],
+            p["plane"],
+            p["reach"],
+        )
         numbers = np.array([*model.knots, *model.weights, *model.plane])
-        if not (len(model.knots) == len(model.weights)
-                and (np.abs(numbers) < MAX_COORDINATE).all() and model.reach in REACHES):
-            raise BadInput("The numbers of the thin-plate spline do not belong together.", EXPORTED,
-                           reason="bad-parameters")
+        if not (
+            len(model.knots) == len(model.weights)
+            and (np.abs(numbers) < MAX_COORDINATE).all()
+            and model.reach in REACHES
+        ):
+            raise BadInput(
+                "The numbers of the thin-plate spline do not belong together.",
+                EXPORTED,
+                reason="bad-parameters",
+            )
         if unfolded_reach(model.base, model._spline) < model.reach:
-            raise BadInput("This thin-plate spline folds the image.", EXPORTED, reason="bad-parameters")
+            raise BadInput(
+                "This thin-plate spline folds the image.", EXPORTED, reason="bad-parameters"
+            )
         return model
 
 

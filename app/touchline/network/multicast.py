@@ -24,8 +24,14 @@ QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
 IP_MULTICAST_ALL = 49  # Linux: 0 gives a socket only the groups that it joined itself
 # of sockets that were opened one after the other: their last packets may still be heard
 MAX_OWN_PORTS = 4
-NETWORK_CHANGED = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL,
-                   errno.ENXIO)
+NETWORK_CHANGED = (
+    errno.ENETUNREACH,
+    errno.ENETDOWN,
+    errno.EHOSTUNREACH,
+    errno.ENODEV,
+    errno.EADDRNOTAVAIL,
+    errno.ENXIO,
+)
 
 
 class NetworkError(Conflict):
@@ -52,19 +58,41 @@ class MulticastAddress:
         except ValueError:
             fine = False
         if not fine:
-            raise BadInput(say("multicast.bad-group", "{group!r} is not a multicast group.", group=self.group[:64]),
-                           say("multicast.group-range", "Give an address from 224.0.0.0 to 239.255.255.255, such as "
-                               "{group}.", group=GROUP), reason="bad-group")
+            raise BadInput(
+                say(
+                    "multicast.bad-group",
+                    "{group!r} is not a multicast group.",
+                    group=self.group[:64],
+                ),
+                say(
+                    "multicast.group-range",
+                    "Give an address from 224.0.0.0 to 239.255.255.255, such as {group}.",
+                    group=GROUP,
+                ),
+                reason="bad-group",
+            )
         if not 1 <= self.port <= 65535:
-            raise BadInput(say("multicast.bad-port", "{port} is not a UDP port.", port=self.port),
-                           say("multicast.port-range", "Give one from 1 to 65535, such as {port}.", port=PORT),
-                           reason="bad-port")
+            raise BadInput(
+                say("multicast.bad-port", "{port} is not a UDP port.", port=self.port),
+                say("multicast.port-range", "Give one from 1 to 65535, such as {port}.", port=PORT),
+                reason="bad-port",
+            )
         if not 0 <= self.ttl <= 255:
-            raise BadInput(say("multicast.bad-ttl", "{ttl} is not a valid TTL.", ttl=self.ttl),
-                           say("multicast.ttl-range", "Give 1 for the local network, at most 255."), reason="bad-ttl")
+            raise BadInput(
+                say("multicast.bad-ttl", "{ttl} is not a valid TTL.", ttl=self.ttl),
+                say("multicast.ttl-range", "Give 1 for the local network, at most 255."),
+                reason="bad-ttl",
+            )
         if not _may_be_interface(self.interface):
-            raise BadInput(say("multicast.bad-interface", "{interface!r} is not a network interface.",
-                               interface=self.interface[:64]), known_interfaces(), reason="bad-interface")
+            raise BadInput(
+                say(
+                    "multicast.bad-interface",
+                    "{interface!r} is not a network interface.",
+                    interface=self.interface[:64],
+                ),
+                known_interfaces(),
+                reason="bad-interface",
+            )
 
     def request(self) -> bytes:
         """Return the socket option's struct ip_mreqn: group, address, interface index; NetworkError."""
@@ -79,8 +107,15 @@ class MulticastAddress:
         return socket.inet_aton(self.group) + socket.inet_aton(address) + struct.pack("i", index)
 
     def no_interface_error(self) -> NetworkError:
-        what = (say("multicast.no-interface", "This computer has no interface {interface}.", interface=self.interface)
-                if self.interface else say("multicast.no-network", "This computer has no network for multicast."))
+        what = (
+            say(
+                "multicast.no-interface",
+                "This computer has no interface {interface}.",
+                interface=self.interface,
+            )
+            if self.interface
+            else say("multicast.no-network", "This computer has no network for multicast.")
+        )
         return NetworkError(what, known_interfaces(), reason="no-interface")
 
     def network_error(self, error: OSError) -> NetworkError:
@@ -88,29 +123,59 @@ class MulticastAddress:
         if error.errno in (errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO):
             return self.no_interface_error()
         if error.errno in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN):
-            return NetworkError(say("multicast.no-route", "No network reaches {group}.", group=self.group),
-                                join(say("multicast.connect", "Connect or enable the network."), known_interfaces()),
-                                reason="no-route")
+            return NetworkError(
+                say("multicast.no-route", "No network reaches {group}.", group=self.group),
+                join(
+                    say("multicast.connect", "Connect or enable the network."), known_interfaces()
+                ),
+                reason="no-route",
+            )
         if error.errno in (errno.EPERM, errno.EACCES):
-            return NetworkError(say("multicast.forbidden", "The operating system does not permit multicast to "
-                                    "{group}, port {port}.", group=self.group, port=self.port),
-                                say("multicast.allow-in-firewall", "Allow this program in the firewall."),
-                                reason="forbidden")
+            return NetworkError(
+                say(
+                    "multicast.forbidden",
+                    "The operating system does not permit multicast to {group}, port {port}.",
+                    group=self.group,
+                    port=self.port,
+                ),
+                say("multicast.allow-in-firewall", "Allow this program in the firewall."),
+                reason="forbidden",
+            )
         if error.errno == errno.EADDRINUSE:
-            return NetworkError(say("multicast.port-taken", "Another program uses port {port} exclusively.",
-                                    port=self.port),
-                                say("multicast.share-port", "Close it, or configure it to share the port "
-                                    "(SO_REUSEADDR)."), reason="port-taken")
-        return NetworkError(say("multicast.rejected", "The network rejects {group}, port {port}: {error}.",
-                                group=self.group, port=self.port, error=error.strerror or error),
-                            say("multicast.check-interface", "Check the interface. Touchline tries again "
-                                "automatically."), reason="network")
+            return NetworkError(
+                say(
+                    "multicast.port-taken",
+                    "Another program uses port {port} exclusively.",
+                    port=self.port,
+                ),
+                say(
+                    "multicast.share-port",
+                    "Close it, or configure it to share the port (SO_REUSEADDR).",
+                ),
+                reason="port-taken",
+            )
+        return NetworkError(
+            say(
+                "multicast.rejected",
+                "The network rejects {group}, port {port}: {error}.",
+                group=self.group,
+                port=self.port,
+                error=error.strerror or error,
+            ),
+            say(
+                "multicast.check-interface",
+                "Check the interface. Touchline tries again automatically.",
+            ),
+            reason="network",
+        )
 
 
 def interfaces() -> list[dict[str, str | None]]:
     """List this machine's interfaces: {"name", "address"}; address None without IPv4."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        return [{"name": name, "address": _address_of(probe, name)} for _, name in socket.if_nameindex()]
+        return [
+            {"name": name, "address": _address_of(probe, name)} for _, name in socket.if_nameindex()
+        ]
 
 
 def is_here(address: str) -> bool:
@@ -126,8 +191,15 @@ def is_here(address: str) -> bool:
 def known_interfaces() -> Sentence:
     """Name the interfaces in a sentence, for an error."""
     named = [f"{i['name']} ({i['address']})" for i in interfaces() if i["address"]]
-    return (say("multicast.use-interface", "Use an interface of this computer: {interfaces}.", interfaces=named[:8])
-            if named else say("multicast.none-is-up", "Use an interface of this computer: none is up."))
+    return (
+        say(
+            "multicast.use-interface",
+            "Use an interface of this computer: {interfaces}.",
+            interfaces=named[:8],
+        )
+        if named
+        else say("multicast.none-is-up", "Use an interface of this computer: none is up.")
+    )
 
 
 def _address_of(probe: socket.socket, name: str) -> str | None:
@@ -143,7 +215,11 @@ def _may_be_interface(text: str) -> bool:
     address = _address(text)
     if address is not None:
         return not (address.is_multicast or address.is_unspecified)
-    return len(text.encode("utf-8", "replace")) <= MAX_NAME and text.isprintable() and not set(text) & set(" /\0")
+    return (
+        len(text.encode("utf-8", "replace")) <= MAX_NAME
+        and text.isprintable()
+        and not set(text) & set(" /\0")
+    )
 
 
 def _address(text: str) -> ipaddress.IPv4Address | None:
@@ -156,8 +232,8 @@ def _address(text: str) -> ipaddress.IPv4Address | None:
 class MulticastSender:
     """Sends to one multicast address. Thread-safe: geometry and detections share its socket.
 
-        with closing(MulticastSender(MulticastAddress(interface="eth1"))) as sender:
-            sender.send(encode(packet))
+    with closing(MulticastSender(MulticastAddress(interface="eth1"))) as sender:
+        sender.send(encode(packet))
     """
 
     def __init__(self, address: MulticastAddress) -> None:
@@ -183,10 +259,16 @@ class MulticastSender:
         tried once more with a new socket.
         """
         if len(packet) > MAX_BYTES:
-            raise BadInput(say("packet.too-long", "The packet has {bytes} bytes; the limit of a datagram is {most}.",
-                               bytes=len(packet), most=MAX_BYTES),
-                           say("packet.fewer-cameras-or-lines", "Send fewer cameras or lines."),
-                           reason="packet-too-long")
+            raise BadInput(
+                say(
+                    "packet.too-long",
+                    "The packet has {bytes} bytes; the limit of a datagram is {most}.",
+                    bytes=len(packet),
+                    most=MAX_BYTES,
+                ),
+                say("packet.fewer-cameras-or-lines", "Send fewer cameras or lines."),
+                reason="packet-too-long",
+            )
         with self._lock:
             for last in (self._socket is None, True):
                 self._socket = self._socket or self._opened()

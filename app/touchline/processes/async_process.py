@@ -33,7 +33,9 @@ class AsyncProcess:
     SILENT: ClassVar[Refusal]
     ENDED: ClassVar[Refusal]
 
-    def __init__(self, process: Any, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def __init__(
+        self, process: Any, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
         self._process, self._reader, self._writer = process, reader, writer
         self._requests: dict[int, asyncio.Future[tuple[dict[str, Any], bytes]]] = {}
         self._number = 0
@@ -89,7 +91,9 @@ class AsyncProcess:
         body = encode_body(head, payload)
         self._writer.write(HEADER.pack(kind, number, len(body)) + body)
 
-    async def request(self, kind: int, head: dict[str, Any], timeout_s: float) -> tuple[dict[str, Any], bytes]:
+    async def request(
+        self, kind: int, head: dict[str, Any], timeout_s: float
+    ) -> tuple[dict[str, Any], bytes]:
         """Return what the process answers; raise what it refuses. Unavailable when it does not answer.
 
         Somebody must be receiving meanwhile.

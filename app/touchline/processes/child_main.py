@@ -22,9 +22,11 @@ def main() -> None:
     os.nice(start_up["nice"])
     from touchline.processes.framing import Connection, decode_body
     from touchline.processes.limits import limit
+
     if start_up["memory_bytes"] is not None:
         limit(start_up["memory_bytes"])
     import cv2
+
     cv2.setNumThreads(1)
 
     class ParentConnection(Connection):

@@ -21,7 +21,9 @@ HEADER = struct.Struct("<BII")
 LENGTH = struct.Struct("<I")
 START, ANSWER, FIRST_KIND = range(3)
 MAX_BODY = 256 << 20  # a still of 50 megapixels as PNG
-KINDS: dict[str, type[TouchlineError]] = {kind.__name__: kind for kind in (BadInput, NotFound, Unavailable)}
+KINDS: dict[str, type[TouchlineError]] = {
+    kind.__name__: kind for kind in (BadInput, NotFound, Unavailable)
+}
 
 
 class Message(NamedTuple):
@@ -57,7 +59,7 @@ def split_body(body: bytes) -> tuple[memoryview, memoryview]:
     if len(body) < LENGTH.size:
         raise ConnectionResetError
     (length,) = LENGTH.unpack_from(body)
-    view = memoryview(body)[LENGTH.size:]
+    view = memoryview(body)[LENGTH.size :]
     return view[:length], view[length:]
 
 
@@ -67,8 +69,12 @@ class Connection:
     allocate: makes room for a body of so many bytes. max_body: more is refused like a connection that broke.
     """
 
-    def __init__(self, line: socket.socket, allocate: Callable[[int], Any] = bytearray,
-                 max_body: int = MAX_BODY) -> None:
+    def __init__(
+        self,
+        line: socket.socket,
+        allocate: Callable[[int], Any] = bytearray,
+        max_body: int = MAX_BODY,
+    ) -> None:
         self._socket = line
         self._allocate = allocate
         self._max_body = max_body
@@ -119,7 +125,7 @@ class Connection:
                 return False
             self._socket.settimeout(left_s)
             try:
-                count = self._socket.recv_into(view[self._filled:])
+                count = self._socket.recv_into(view[self._filled :])
             except TimeoutError:
                 return False
             if count == 0:
@@ -142,7 +148,9 @@ def error_from_json(problem: Mapping[str, Any]) -> TouchlineError:
     return kind(sentence_in(problem, "what"), sentence_in(problem, "fix"), reason=problem["reason"])
 
 
-def answer(connection: Connection, number: int, action: Callable[[], tuple[dict[str, Any], bytes]]) -> None:
+def answer(
+    connection: Connection, number: int, action: Callable[[], tuple[dict[str, Any], bytes]]
+) -> None:
     """Answer a request with what the action returns, JSON and payload, or with its refusal."""
     try:
         head, payload = action()

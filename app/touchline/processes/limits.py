@@ -1,5 +1,4 @@
-"""What a child process may use, so that strangers' bytes harm nobody but itself, and what it leaves to others.
-"""
+"""What a child process may use, so that strangers' bytes harm nobody but itself, and what it leaves to others."""
 
 import ctypes
 import os

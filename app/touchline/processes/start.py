@@ -15,9 +15,13 @@ from typing import Any
 from touchline.processes.framing import MAX_BODY, START, Connection, encode_body
 
 CHILD_MAIN = Path(__file__).with_name("child_main.py")
-FRUGAL = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
-          # of a thread's own arena the GNU library returns little of what was freed
-          "MALLOC_ARENA_MAX": "1"}
+FRUGAL = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    # of a thread's own arena the GNU library returns little of what was freed
+    "MALLOC_ARENA_MAX": "1",
+}
 REAPER = "reaper of"
 # our settings may hold a token or a database's password, for which a child has no use
 SECRET = "TOUCHLINE"
@@ -65,14 +69,28 @@ class Child(subprocess.Popen[bytes]):
 def start(program: Program) -> tuple[Child, socket.socket]:
     """Return the process and the parent's end of the socket; OSError where none can be started."""
     ours, theirs = socket.socketpair()
-    start_up = json.dumps({"path": sys.path, "main": program.main, "memory_bytes": program.memory_bytes,
-                           "nice": program.nice})
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(SECRET)} | FRUGAL
+    start_up = json.dumps(
+        {
+            "path": sys.path,
+            "main": program.main,
+            "memory_bytes": program.memory_bytes,
+            "nice": program.nice,
+        }
+    )
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith(SECRET)
+    } | FRUGAL
     try:
         with theirs:
             # A session of its own: an operator's Ctrl-C is for the server, which then ends its children.
-            process = Child([sys.executable, "-P", str(CHILD_MAIN), start_up], env=environment, stdin=theirs.fileno(),
-                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+            process = Child(
+                [sys.executable, "-P", str(CHILD_MAIN), start_up],
+                env=environment,
+                stdin=theirs.fileno(),
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
     except OSError:
         ours.close()
         raise
@@ -86,8 +104,13 @@ class ChildProcess:
     arguments: plain JSON for its main. OSError where none can be started.
     """
 
-    def __init__(self, program: Program, arguments: dict[str, Any], allocate: Callable[[int], Any] = bytearray,
-                 max_body: int = MAX_BODY) -> None:
+    def __init__(
+        self,
+        program: Program,
+        arguments: dict[str, Any],
+        allocate: Callable[[int], Any] = bytearray,
+        max_body: int = MAX_BODY,
+    ) -> None:
         self._process, line = start(program)
         self.connection = Connection(line, allocate, max_body)
         try:

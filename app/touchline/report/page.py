@@ -45,13 +45,21 @@ LINE_COLOUR, OTHER_CLICKS, SEAM = "#7fe0b0", "#ffffff", "#10201a80"
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 SCENE = "scene.html"  # as REST calls it
 LEVEL = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Accuracy unknown"}
-BENDS = {"barrel": "Barrel distortion: borders bow outwards.", "none": "No clear distortion.",
-         "pincushion": "Pincushion distortion: borders bow inwards."}
+BENDS = {
+    "barrel": "Barrel distortion: borders bow outwards.",
+    "none": "No clear distortion.",
+    "pincushion": "Pincushion distortion: borders bow inwards.",
+}
 MAX_PARAMETER_CHARACTERS = 12_000  # a spline through thousands of clicks is told by its hash alone
 
-TEMPLATES = Environment(loader=PackageLoader("touchline.report"), autoescape=True,
-                        undefined=StrictUndefined, finalize=lambda given: "" if given is None else given,
-                        trim_blocks=True, lstrip_blocks=True)
+TEMPLATES = Environment(
+    loader=PackageLoader("touchline.report"),
+    autoescape=True,
+    undefined=StrictUndefined,
+    finalize=lambda given: "" if given is None else given,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
 
 
 @dataclass(frozen=True)
@@ -86,7 +94,9 @@ class ReportDrawings:
     after_why: str | None = None
 
 
-def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str, Any]) -> ReportDrawings:
+def draw(
+    calibration: Calibration, picture: ReportPicture, contents: Mapping[str, Any]
+) -> ReportDrawings:
     """All pictures of one report. contents: its data."""
     built = Restored.of(calibration)
     maps = _maps(contents["uncertainty"], built.region)
@@ -94,9 +104,14 @@ def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str
         return ReportDrawings(None, None, maps)
     observations = observations_from_json(calibration.observations)
     lines = workflow.overlay(built.model, built.field, built.region)
-    before = _picture(picture.frame.pixels, [*_lines(lines, calibration.image_size),
-                                             *_clicks(observations, calibration.outliers(observations),
-                                                      calibration.image_size)], "The raw image")
+    before = _picture(
+        picture.frame.pixels,
+        [
+            *_lines(lines, calibration.image_size),
+            *_clicks(observations, calibration.outliers(observations), calibration.image_size),
+        ],
+        "The raw image",
+    )
     try:
         view = _view(calibration.corrected_size)
         pixels = workflow.correct(picture.frame.pixels, built.model, calibration.image_size, view)
@@ -104,8 +119,11 @@ def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str
     except TouchlineError as refusal:
         return ReportDrawings(before, None, maps, str(refusal))
     height, width = pixels.shape[:2]
-    return ReportDrawings(before, _picture(pixels, _lines(lines, ImageSize(width, height)), "The corrected image"),
-                          maps)
+    return ReportDrawings(
+        before,
+        _picture(pixels, _lines(lines, ImageSize(width, height)), "The corrected image"),
+        maps,
+    )
 
 
 def _jpeg(pixels: NDArray[np.uint8]) -> bytes:
@@ -144,12 +162,17 @@ def _lines(lines: Iterable[Mapping[str, Any]], size: ImageSize) -> list[Stroke]:
         points = line["points"][:left]
         left -= len(points)
         if len(points) > 1:
-            paths.setdefault(line["feature"] if line["kind"] == "border" else "", []).append(_path(points, size))
+            paths.setdefault(line["feature"] if line["kind"] == "border" else "", []).append(
+                _path(points, size)
+            )
     drawn = []
     for name in ("", *BORDERS):
         d = "".join(paths.get(name, ()))
         if d:
-            drawn += [Stroke(d, SEAM, 2.6 * unit), Stroke(d, BORDER_COLOURS.get(name, LINE_COLOUR), 1.3 * unit)]
+            drawn += [
+                Stroke(d, SEAM, 2.6 * unit),
+                Stroke(d, BORDER_COLOURS.get(name, LINE_COLOUR), 1.3 * unit),
+            ]
     return drawn
 
 
@@ -166,7 +189,9 @@ def _path(points: Sequence[Sequence[float] | None], size: ImageSize) -> str:
     return "".join(words)
 
 
-def _clicks(observations: Observations, outliers: Sequence[NDArray[np.bool_]], size: ImageSize) -> list[Stroke]:
+def _clicks(
+    observations: Observations, outliers: Sequence[NDArray[np.bool_]], size: ImageSize
+) -> list[Stroke]:
     """A dot for each click in its border's colour, a red cross for each stray."""
     unit = max(size) / 800
     dots: dict[str, list[str]] = {}
@@ -176,15 +201,24 @@ def _clicks(observations: Observations, outliers: Sequence[NDArray[np.bool_]], s
         spots = [f"M{x:.2f} {y:.2f}h0" for x, y in observation.points[~out]]
         dots.setdefault(BORDER_COLOURS.get(name, OTHER_CLICKS), []).extend(spots)
         arm = 4 * unit
-        crosses += [f"M{x - arm:.2f} {y - arm:.2f}l{2 * arm:.2f} {2 * arm:.2f}m0 {-2 * arm:.2f}l{-2 * arm:.2f} "
-                    f"{2 * arm:.2f}" for x, y in observation.points[out]]
+        crosses += [
+            f"M{x - arm:.2f} {y - arm:.2f}l{2 * arm:.2f} {2 * arm:.2f}m0 {-2 * arm:.2f}l{-2 * arm:.2f} "
+            f"{2 * arm:.2f}"
+            for x, y in observation.points[out]
+        ]
     drawn = []
     for colour, spots in dots.items():
         d = "".join(spots)
-        drawn += [Stroke(d, "#10201a", 7 * unit, is_dot=True), Stroke(d, colour, 4.6 * unit, is_dot=True)]
+        drawn += [
+            Stroke(d, "#10201a", 7 * unit, is_dot=True),
+            Stroke(d, colour, 4.6 * unit, is_dot=True),
+        ]
     cross = "".join(crosses)
-    return drawn if not cross else [
-        *drawn, Stroke(cross, "#ffffff", 4 * unit), Stroke(cross, "#d00000", 2 * unit)]
+    return (
+        drawn
+        if not cross
+        else [*drawn, Stroke(cross, "#ffffff", 4 * unit), Stroke(cross, "#d00000", 2 * unit)]
+    )
 
 
 def _maps(uncertainty: Mapping[str, Any], region: Region) -> dict[str, str]:
@@ -193,18 +227,42 @@ def _maps(uncertainty: Mapping[str, Any], region: Region) -> dict[str, str]:
         return {}
     scale = MAP_PX / max(region.width_mm, region.height_mm)
     width, height = (max(40, round(side * scale)) for side in (region.width_mm, region.height_mm))
-    return {name: data_address(encode(heat_map(
-        np.array(part["grid"]["sigma_mm"], float), width=width, height=height, unit="mm",
-        title=f"z = {part['z_mm']:g} mm", ink=INK, paper=PAPER)), "png") for name, part in found.items()}
+    return {
+        name: data_address(
+            encode(
+                heat_map(
+                    np.array(part["grid"]["sigma_mm"], float),
+                    width=width,
+                    height=height,
+                    unit="mm",
+                    title=f"z = {part['z_mm']:g} mm",
+                    ink=INK,
+                    paper=PAPER,
+                )
+            ),
+            "png",
+        )
+        for name, part in found.items()
+    }
 
 
 def page(contents: Mapping[str, Any], drawn: ReportDrawings) -> str:
     """Return the report as HTML, from its contents and its pictures."""
     version = contents["calibration"]
     camera = version["camera_name"] or version["camera"] or "an image without a camera"
-    return render("report.html", **contents, title=f"Calibration of {camera}, version {version['version']}",
-                  drawn=drawn, best=_best_next_click(contents), parameters=_parameters(contents["model"]["parameters"]),
-                  policy=POLICY, scene=SCENE, levels=LEVEL, bends=BENDS, head=HEADLINE)
+    return render(
+        "report.html",
+        **contents,
+        title=f"Calibration of {camera}, version {version['version']}",
+        drawn=drawn,
+        best=_best_next_click(contents),
+        parameters=_parameters(contents["model"]["parameters"]),
+        policy=POLICY,
+        scene=SCENE,
+        levels=LEVEL,
+        bends=BENDS,
+        head=HEADLINE,
+    )
 
 
 def render(name: str, **given: Any) -> str:
@@ -214,16 +272,23 @@ def render(name: str, **given: Any) -> str:
 
 def _best_next_click(contents: Mapping[str, Any]) -> Mapping[str, Any] | None:
     best = contents["next_click"]
-    if best and best["point"] and None not in (best["worst_mm"], best["worst_mm_then"]) \
-            and round(best["worst_mm_then"], 1) < round(best["worst_mm"], 1):  # as they are printed
+    if (
+        best
+        and best["point"]
+        and None not in (best["worst_mm"], best["worst_mm_then"])
+        and round(best["worst_mm_then"], 1) < round(best["worst_mm"], 1)
+    ):  # as they are printed
         return best
     return None
 
 
 def _parameters(given: Mapping[str, Any]) -> str:
     text = "\n".join(f"{name}: {_json(value)}" for name, value in given.items())
-    return text if len(text) <= MAX_PARAMETER_CHARACTERS else (
-        f"{len(text)} characters: export the calibration as JSON to read them.")
+    return (
+        text
+        if len(text) <= MAX_PARAMETER_CHARACTERS
+        else (f"{len(text)} characters: export the calibration as JSON to read them.")
+    )
 
 
 def _rounded(number: float, digits: int) -> str:
@@ -259,5 +324,15 @@ def _size(size: list[int]) -> str:
     return f"{size[0]} × {size[1]} px"
 
 
-TEMPLATES.filters |= {"area_name": area_name, "feature": _feature, "height": _height, "json": _json, "outcome": outcome,
-                      "place": _place, "repr": repr, "rounded": _rounded, "size": _size, "span": _span}
+TEMPLATES.filters |= {
+    "area_name": area_name,
+    "feature": _feature,
+    "height": _height,
+    "json": _json,
+    "outcome": outcome,
+    "place": _place,
+    "repr": repr,
+    "rounded": _rounded,
+    "size": _size,
+    "span": _span,
+}

@@ -23,10 +23,23 @@ from touchline.store.calibrations import FoundVersion
 
 router = APIRouter(tags=["judging"])
 
-CalibrationReport = response("CalibrationReport", format=Literal["touchline-report"], format_version=Literal[1],
-    calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
-    claims=list[ClaimJson], figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject],
-    outliers=list[JsonObject], uncertainty=JsonObject, warnings=list[JsonObject])
+CalibrationReport = response(
+    "CalibrationReport",
+    format=Literal["touchline-report"],
+    format_version=Literal[1],
+    calibration=JsonObject,
+    field=JsonObject,
+    model=JsonObject,
+    picture=JsonObject,
+    verdict=JsonObject,
+    claims=list[ClaimJson],
+    figures=dict[str, JsonObject],
+    distortion=JsonObject,
+    per_feature=list[JsonObject],
+    outliers=list[JsonObject],
+    uncertainty=JsonObject,
+    warnings=list[JsonObject],
+)
 
 
 class Surroundings(NamedTuple):
@@ -39,7 +52,11 @@ class Surroundings(NamedTuple):
     @property
     def stamp(self) -> tuple[str | None, ...]:
         """Return what is another one as soon as the report says something else."""
-        return self.camera_name, self.picture, etag_of(json_bytes([claim.to_json() for claim in self.claims]))
+        return (
+            self.camera_name,
+            self.picture,
+            etag_of(json_bytes([claim.to_json() for claim in self.claims])),
+        )
 
 
 def _surroundings_of(services: ServicesDep, version: VersionDep) -> Surroundings:
@@ -59,15 +76,22 @@ SurroundingsDep = Annotated[Surroundings, Depends(_surroundings_of)]
 
 @router.get("/calibrations/{id}/report.html", response_class=HTMLResponse, responses=HTML)
 @in_thread
-def read_report_page(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> HTMLResponse:
+def read_report_page(
+    services: ServicesDep, version: VersionDep, around: SurroundingsDep
+) -> HTMLResponse:
     """Return one self-contained page: verdict, figures, images before and after, error maps, versions and hashes."""
     calibration, picture = version.calibration, _picture(services, version, around)
     shown = contents(calibration, picture, around.claims)
     html = page(shown, draw(calibration, picture, shown))
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-report.html"
-    return HTMLResponse(html.encode("utf-8", "replace"), headers={
-        "Content-Security-Policy": f"{POLICY}; frame-ancestors 'self'", "Cache-Control": "no-cache",
-        "Content-Disposition": disposition("inline", name)})
+    return HTMLResponse(
+        html.encode("utf-8", "replace"),
+        headers={
+            "Content-Security-Policy": f"{POLICY}; frame-ancestors 'self'",
+            "Cache-Control": "no-cache",
+            "Content-Disposition": disposition("inline", name),
+        },
+    )
 
 
 @router.get("/calibrations/{id}/report.json", response_model=CalibrationReport, responses=UNCHANGED)
@@ -83,4 +107,5 @@ def _picture(services: Services, version: FoundVersion, around: Surroundings) ->
         # a deleted one is not shown, though it may be in memory
         services.store.snapshots.get(snapshot)
         return services.frame(snapshot)
+
     return report_picture(version.calibration, frame, around.camera_name)

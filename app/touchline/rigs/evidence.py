@@ -87,7 +87,9 @@ def epipolar_px(fundamental: Array, a: Points, b: Points) -> Array:
     in_b, in_a = homogeneous(a) @ fundamental.T, homogeneous(b) @ fundamental
     with np.errstate(all="ignore"):
         miss = np.sum(homogeneous(b) * in_b, axis=1) ** 2
-        return np.sqrt((miss / np.sum(in_b[:, :2] ** 2, axis=1) + miss / np.sum(in_a[:, :2] ** 2, axis=1)) / 2)
+        return np.sqrt(
+            (miss / np.sum(in_b[:, :2] ** 2, axis=1) + miss / np.sum(in_a[:, :2] ** 2, axis=1)) / 2
+        )
 
 
 def geometry(a: RayCamera, b: RayCamera) -> PredictedGeometry | None:
@@ -97,8 +99,11 @@ def geometry(a: RayCamera, b: RayCamera) -> PredictedGeometry | None:
         return None
     matrix = _about_corner(b).T @ _fundamental(a, b) @ _about_corner(a)
     angle = float(np.degrees(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))))
-    return {"matrix": (matrix / np.linalg.norm(matrix)).tolist(), "baseline_mm": float(np.linalg.norm(centre)),
-            "angle_deg": angle}
+    return {
+        "matrix": (matrix / np.linalg.norm(matrix)).tolist(),
+        "baseline_mm": float(np.linalg.norm(centre)),
+        "angle_deg": angle,
+    }
 
 
 def calibrated_epipolar_px(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points) -> Array:
@@ -109,23 +114,34 @@ def calibrated_epipolar_px(camera_a: RayCamera, camera_b: RayCamera, a: Points, 
     """
     a, b = as_matches(a, b)
     if not np.linalg.norm(pose_between(camera_a, camera_b)[1]) > APART_MM:
-        raise FitFailed("Both calibrations have the same camera position.", "Compare two different cameras.",
-                        reason="no-baseline")
-    return epipolar_px(_fundamental(camera_a, camera_b), ideal_px(camera_a, a), ideal_px(camera_b, b))
+        raise FitFailed(
+            "Both calibrations have the same camera position.",
+            "Compare two different cameras.",
+            reason="no-baseline",
+        )
+    return epipolar_px(
+        _fundamental(camera_a, camera_b), ideal_px(camera_a, a), ideal_px(camera_b, b)
+    )
 
 
 def _fundamental(a: RayCamera, b: RayCamera) -> Array:
     """Return F (3, 3) of ideal pixels about the principal points: E = [t]× R between the inverse focal lengths."""
     rotation, centre = pose_between(a, b)
     essential = cross_matrix(centre / np.linalg.norm(centre)) @ rotation
-    f = np.diag([1 / b.focal_px, 1 / b.focal_px, 1]) @ essential @ np.diag([1 / a.focal_px, 1 / a.focal_px, 1])
+    f = (
+        np.diag([1 / b.focal_px, 1 / b.focal_px, 1])
+        @ essential
+        @ np.diag([1 / a.focal_px, 1 / a.focal_px, 1])
+    )
     return f / np.linalg.norm(f)
 
 
 def pose_between(camera_a: RayCamera, camera_b: RayCamera) -> tuple[Array, Array]:
     """Return b_from_a (3, 3) and camera a's centre in b's frame, mm, from their calibrations."""
     b_from_a = camera_b.camera_from_field @ camera_a.camera_from_field.T
-    return b_from_a, camera_b.camera_from_field @ (np.array(camera_a.position_mm) - np.array(camera_b.position_mm))
+    return b_from_a, camera_b.camera_from_field @ (
+        np.array(camera_a.position_mm) - np.array(camera_b.position_mm)
+    )
 
 
 def ideal_px(camera: RayCamera, raw: Points) -> Points:
@@ -155,8 +171,12 @@ def epipolar_segments(fundamental: Array, points_a: Points, size_b: ImageSize) -
         foot = middle - (normal @ middle + lines[:, 2])[:, None] * normal
         along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
         # a side that the line runs along bounds nothing, or everything
-        to = np.where(along[:, :, None] == 0, np.where((foot >= low) & (foot <= high), np.inf, np.nan)[:, :, None]
-                      * np.array([-1, 1]), (np.stack([low, high], axis=1) - foot[:, :, None]) / along[:, :, None])
+        to = np.where(
+            along[:, :, None] == 0,
+            np.where((foot >= low) & (foot <= high), np.inf, np.nan)[:, :, None]
+            * np.array([-1, 1]),
+            (np.stack([low, high], axis=1) - foot[:, :, None]) / along[:, :, None],
+        )
         first, last = to.min(axis=2).max(axis=1), to.max(axis=2).min(axis=1)
         ends = foot[:, None] + np.stack([first, last], axis=1)[:, :, None] * along[:, None]
         return np.where((first < last)[:, None, None], ends, np.nan)
@@ -214,7 +234,9 @@ class Matches:
         which = np.arange(count)
         if isinstance(points_a, list) and isinstance(points_b, list) and len(points_b) == count:
             pairs = zip(points_a, points_b, strict=True)
-            which = np.array([i for i, (p, q) in enumerate(pairs) if p is not None and q is not None], np.intp)
+            which = np.array(
+                [i for i, (p, q) in enumerate(pairs) if p is not None and q is not None], np.intp
+            )
             points_a, points_b = ([points[i] for i in which] for points in (points_a, points_b))
         return cls(*as_matches(points_a, points_b), _heights(z_mm, count)[which], which, count)
 
@@ -233,14 +255,22 @@ def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
     if not isinstance(z_mm, Sequence):
         return np.full(count, float(z_mm))
     if len(z_mm) != count:
-        raise BadInput(f"There are {len(z_mm)} heights for {count} matches.",
-                       "Send one height for all, or one for each match (null if it is unknown).", reason="bad-matches")
+        raise BadInput(
+            f"There are {len(z_mm)} heights for {count} matches.",
+            "Send one height for all, or one for each match (null if it is unknown).",
+            reason="bad-matches",
+        )
     return np.array([np.nan if z is None else float(z) for z in z_mm])
 
 
-def best_evidence(both: tuple[Calibration, Calibration], models: tuple[CameraModel, CameraModel], field: Field,
-                  matches: Matches | None, pictures: tuple[Pixels | None, Pixels | None] = (None, None),
-                  progress: Progress = no_progress) -> tuple[OffsetMeasurements, Source, list[str]]:
+def best_evidence(
+    both: tuple[Calibration, Calibration],
+    models: tuple[CameraModel, CameraModel],
+    field: Field,
+    matches: Matches | None,
+    pictures: tuple[Pixels | None, Pixels | None] = (None, None),
+    progress: Progress = no_progress,
+) -> tuple[OffsetMeasurements, Source, list[str]]:
     """Return the best evidence there is, where it is from, and notes; FitFailed nothing-shared where there is none.
 
     Matches count as far as their heights are known, and come first: a few of them do not take the place of the lines
@@ -256,13 +286,28 @@ def best_evidence(both: tuple[Calibration, Calibration], models: tuple[CameraMod
         found = from_pictures(models[0], pictures[0], models[1], pictures[1], field, progress)
         if len(found) >= MIN_MEASURES:
             found = replace(found, thing=found.thing + beyond)
-            return OffsetMeasurements.together([*parts, found]), "matches" if by_matches else "pictures", notes
+            return (
+                OffsetMeasurements.together([*parts, found]),
+                "matches" if by_matches else "pictures",
+                notes,
+            )
         notes.append("The images show too few lines in the area that both cameras cover.")
     if parts:
         return OffsetMeasurements.together(parts), "matches", notes
     a, b = both
-    return from_clicks(models[0], observations_from_json(a.observations), field.region(a.region, a.rotate), models[1],
-                       observations_from_json(b.observations), field.region(b.region, b.rotate), field), "clicks", notes
+    return (
+        from_clicks(
+            models[0],
+            observations_from_json(a.observations),
+            field.region(a.region, a.rotate),
+            models[1],
+            observations_from_json(b.observations),
+            field.region(b.region, b.rotate),
+            field,
+        ),
+        "clicks",
+        notes,
+    )
 
 
 def marking_places(field: Field) -> tuple[Points, Points, Array]:
@@ -270,25 +315,42 @@ def marking_places(field: Field) -> tuple[Points, Points, Array]:
     shapes: list[Line | Arc] = [*field.lines.values(), *field.arcs.values()]
     drawn = [shape.sample(max(2, round(shape.length_mm / 20))) for shape in shapes]
     # spots that are painted, where a line crosses none
-    marks = [np.array([field.landmarks[m["at"]].position]) for m in field.extras.get("marks", ())
-             if m.get("at") in field.landmarks]
+    marks = [
+        np.array([field.landmarks[m["at"]].position])
+        for m in field.extras.get("marks", ())
+        if m.get("at") in field.landmarks
+    ]
     found = [(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))]
     for index, shape in enumerate(shapes):
         places = shape.sample(max(3, round(shape.length_mm / STEP_MM) + 1))
         normals = shape.normals(places)
         others = [points for other, points in enumerate(drawn) if other != index]
-        away = np.min([np.linalg.norm(places[:, None] - points, axis=-1).min(axis=1) for points in (*others, *marks)],
-                      axis=0, initial=np.inf)
+        away = np.min(
+            [
+                np.linalg.norm(places[:, None] - points, axis=-1).min(axis=1)
+                for points in (*others, *marks)
+            ],
+            axis=0,
+            initial=np.inf,
+        )
         ends = 0.0 if isinstance(shape, Arc) else CLEAR_MM  # a line's end is a corner, or nothing
-        to_end = np.minimum(*(np.linalg.norm(places - end, axis=1) for end in (places[0], places[-1])))
+        to_end = np.minimum(
+            *(np.linalg.norm(places - end, axis=1) for end in (places[0], places[-1]))
+        )
         clear = (away > CLEAR_MM) & (to_end >= ends)
         found.append((places[clear], normals[clear], np.full(int(clear.sum()), shape.width_mm)))
     spots, across, widths = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return spots, across, widths
 
 
-def from_pictures(a: CameraModel, pixels_a: Pixels, b: CameraModel, pixels_b: Pixels, field: Field,
-                  progress: Progress = no_progress) -> OffsetMeasurements:
+def from_pictures(
+    a: CameraModel,
+    pixels_a: Pixels,
+    b: CameraModel,
+    pixels_b: Pixels,
+    field: Field,
+    progress: Progress = no_progress,
+) -> OffsetMeasurements:
     """Markings that both pictures show where both see the carpet. No evidence at all is no error here."""
     places, normals, widths = marking_places(field)
     visible = _inside(a, pixels_a, places) & _inside(b, pixels_b, places)
@@ -306,18 +368,28 @@ def from_pictures(a: CameraModel, pixels_a: Pixels, b: CameraModel, pixels_b: Pi
 
 
 def _inside(model: CameraModel, pixels: Pixels, places: Points) -> Mask:
-    return inside_picture(raw_from_field(model, places), ImageSize(pixels.shape[1], pixels.shape[0]), 2)
+    return inside_picture(
+        raw_from_field(model, places), ImageSize(pixels.shape[1], pixels.shape[0]), 2
+    )
 
 
-def _off_mm(model: CameraModel, pixels: Pixels, place: Points, normal: Points, width_mm: float) -> float:
+def _off_mm(
+    model: CameraModel, pixels: Pixels, place: Points, normal: Points, width_mm: float
+) -> float:
     """How far beside the place, along the normal, this camera sees the marking; NaN where it sees none."""
     along = np.array([normal[1], -normal[0]])
-    raw = raw_from_field(model, np.stack([place, place + TINY_MM * along, place + TINY_MM * normal]))
+    raw = raw_from_field(
+        model, np.stack([place, place + TINY_MM * along, place + TINY_MM * normal])
+    )
     tangent, scale = raw[1] - raw[0], float(np.linalg.norm(raw[2] - raw[0]))  # px, px a mm
     if not (np.isfinite(raw).all() and scale > 0):
         return float("nan")
     reach = float(np.clip(REACH_MM * scale, MIN_REACH_PX, MAX_REACH_PX))
-    found = snap(pixels, raw[0], Hint(reach, width_mm * scale, float(np.arctan2(tangent[1], tangent[0]) % np.pi)))
+    found = snap(
+        pixels,
+        raw[0],
+        Hint(reach, width_mm * scale, float(np.arctan2(tangent[1], tangent[0]) % np.pi)),
+    )
     if not isinstance(found, Snapped) or found.sigma_px > SURE_PX or found.confidence < CONFIDENT:
         return float("nan")
     return float((field_from_raw(model, np.array(found.point)) - place) @ normal)

@@ -26,7 +26,15 @@ import numpy as np
 
 from touchline.core import opencv
 from touchline.core.errors import FitFailed
-from touchline.core.geometry import Array, Indices, Mask, Points, as_matches, homogeneous, root_mean_square
+from touchline.core.geometry import (
+    Array,
+    Indices,
+    Mask,
+    Points,
+    as_matches,
+    homogeneous,
+    root_mean_square,
+)
 from touchline.fitting.least_squares import minimise
 from touchline.models.rotation import cross_matrix, matrix_from_vector
 from touchline.rigs.evidence import epipolar_px, sampson_px
@@ -119,8 +127,12 @@ class FundamentalParameters:
 
     def retract(self, delta: Array) -> Self:
         """Apply delta (7,): turns of U and V, and the angle."""
-        return replace(self, u=self.u @ matrix_from_vector(delta[:3]), v=self.v @ matrix_from_vector(delta[3:6]),
-                       angle=self.angle + float(delta[6]))
+        return replace(
+            self,
+            u=self.u @ matrix_from_vector(delta[:3]),
+            v=self.v @ matrix_from_vector(delta[3:6]),
+            angle=self.angle + float(delta[6]),
+        )
 
     def residuals(self, a: Points, b: Points) -> tuple[Array, Array]:
         """Return Sampson's distance (n,) px and its derivatives (n, 7)."""
@@ -144,14 +156,17 @@ def fundamental_matrix(a: Points, b: Points, seed: int = 0) -> TwoViews:
     once = _distinct_matches(a, b)
     _refuse_too_few(a[once], b[once])
     found = _consensus(a[once], b[once], seed)
-    good = (found.good > 0.5) & (np.abs(sampson_px(found.fundamental, a[once], b[once]))
-                                 <= GOOD_SIGMAS * found.sigma_px)
+    good = (found.good > 0.5) & (
+        np.abs(sampson_px(found.fundamental, a[once], b[once])) <= GOOD_SIGMAS * found.sigma_px
+    )
     _refuse_chance(found, good, a[once], b[once])
     _refuse_plane(found, good, a[once], b[once])
     _refuse_weak(found, a[once][good], b[once][good])
     all_good = np.zeros(len(a), bool)
     all_good[once[good]] = True
-    return TwoViews(found.fundamental, all_good, epipolar_px(found.fundamental, a, b), found.sigma_px)
+    return TwoViews(
+        found.fundamental, all_good, epipolar_px(found.fundamental, a, b), found.sigma_px
+    )
 
 
 def _distinct_matches(a: Points, b: Points) -> Indices:
@@ -170,28 +185,39 @@ def _distinct_matches(a: Points, b: Points) -> Indices:
 def _refuse_too_few(a: Points, b: Points) -> None:
     """Raise FitFailed for matches that are too few, or all on one line."""
     if len(a) < MIN_MATCHES:
-        raise FitFailed(f"There are {len(a)} different matches; two views require {MIN_MATCHES}.",
-                        f"Match at least {MIN_MATCHES - len(a)} more points.", reason="too-few-points")
+        raise FitFailed(
+            f"There are {len(a)} different matches; two views require {MIN_MATCHES}.",
+            f"Match at least {MIN_MATCHES - len(a)} more points.",
+            reason="too-few-points",
+        )
     for points, which in ((a, "first"), (b, "second")):
-        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(
+            len(points)
+        )
         if spread[-1] < MIN_SPREAD_PX:
-            raise FitFailed(f"The matches are on one line in the {which} view.",
-                            "Match points all over the shared area.", reason="collinear-points")
+            raise FitFailed(
+                f"The matches are on one line in the {which} view.",
+                "Match points all over the shared area.",
+                reason="collinear-points",
+            )
 
 
 def _refuse_chance(found: Consensus, good: Mask, a: Points, b: Points) -> None:
     """Raise FitFailed where as many random matches would agree as well."""
     n, k = len(good), int(good.sum())
     if found.sigma_px > MAX_SIGMA_PX:
-        raise FitFailed("The matches agree only within "
-                        f"{found.sigma_px:.0f} px.",
-                        "Check that both images show the same scene, and that points are given in pixels of their own "
-                        "image.",
-                        reason="no-consensus")
+        raise FitFailed(
+            f"The matches agree only within {found.sigma_px:.0f} px.",
+            "Check that both images show the same scene, and that points are given in pixels of their own "
+            "image.",
+            reason="no-consensus",
+        )
     if _log_chance(n, k, PARAMETERS, _chance_share(found, a, b)) >= log(CHANCE):
-        raise FitFailed(f"Only {k} of {n} matches agree with each other, which is no better than chance.",
-                        "Check that both images show the same scene. Match more points, and more precisely.",
-                        reason="no-consensus")
+        raise FitFailed(
+            f"Only {k} of {n} matches agree with each other, which is no better than chance.",
+            "Check that both images show the same scene. Match more points, and more precisely.",
+            reason="no-consensus",
+        )
 
 
 def _log_chance(matches: int, agreeing: int, making: int, strip: float) -> float:
@@ -202,8 +228,12 @@ def _log_chance(matches: int, agreeing: int, making: int, strip: float) -> float
     """
     if agreeing <= making:
         return 0.0
-    return (log(matches - making) + _log_choose(matches, agreeing) + _log_choose(agreeing, making)
-            + (agreeing - making) * log(strip))
+    return (
+        log(matches - making)
+        + _log_choose(matches, agreeing)
+        + _log_choose(agreeing, making)
+        + (agreeing - making) * log(strip)
+    )
 
 
 def _chance_share(found: Consensus, a: Points, b: Points) -> float:
@@ -223,11 +253,13 @@ def _refuse_plane(found: Consensus, good: Mask, a: Points, b: Points) -> None:
     off = off_plane(a[good], b[good], found.sigma_px)
     aside = off + int((~good).sum())
     if off < MIN_OFF_PLANE or _log_chance(aside, off, 2, _chance_share(found, a, b)) >= log(CHANCE):
-        raise FitFailed("The matches are on one plane, or one camera only rotated: such matches fit many geometries. "
-                        f"{off} are off the plane.",
-                        "Match more points that are off that plane, such as robot tops or goal posts. For the carpet "
-                        "alone use the agreement in millimetres.",
-                        reason="one-plane")
+        raise FitFailed(
+            "The matches are on one plane, or one camera only rotated: such matches fit many geometries. "
+            f"{off} are off the plane.",
+            "Match more points that are off that plane, such as robot tops or goal posts. For the carpet "
+            "alone use the agreement in millimetres.",
+            reason="one-plane",
+        )
 
 
 def off_plane(a: Points, b: Points, sigma_px: float) -> int:
@@ -246,9 +278,16 @@ def _refuse_weak(found: Consensus, a: Points, b: Points) -> None:
     jacobian = FundamentalParameters.of(found.fundamental, a, b).residuals(a, b)[1]
     length = np.linalg.norm(jacobian, axis=0)
     spread = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
-    if not (np.isfinite(found.fundamental).all() and np.isfinite(spread).all() and spread[-1] > WEAK * spread[0]):
-        raise FitFailed("The matches do not determine the relative position of the views.",
-                        "Match points at more places and more heights.", reason="not-determined")
+    if not (
+        np.isfinite(found.fundamental).all()
+        and np.isfinite(spread).all()
+        and spread[-1] > WEAK * spread[0]
+    ):
+        raise FitFailed(
+            "The matches do not determine the relative position of the views.",
+            "Match points at more places and more heights.",
+            reason="not-determined",
+        )
 
 
 def _consensus(a: Points, b: Points, seed: int = 0) -> Consensus:
@@ -265,11 +304,15 @@ def _consensus(a: Points, b: Points, seed: int = 0) -> Consensus:
         found = t_b.T @ _seven_point(near_a[sevens], near_b[sevens]) @ t_a
         likelihoods, shares = _best_likelihoods(sampson_px(found, a[jury], b[jury]), extent)
         order = np.argsort(-likelihoods, kind="stable")[:REFINED]
-        best = sorted([*best, *((float(likelihoods[i]), found[i]) for i in order)], key=lambda t: -t[0])[:REFINED]
+        best = sorted(
+            [*best, *((float(likelihoods[i]), found[i]) for i in order)], key=lambda t: -t[0]
+        )[:REFINED]
         clean = float(np.clip(shares[order[0]], 0.05, 0.999)) ** PARAMETERS
         tried += BATCH
         enough = min(MAX_TRIALS, max(enough, int(np.ceil(np.log(MISS_CHANCE) / np.log1p(-clean)))))
-    glimpses = sorted((_refine(f, a, b, extent, FIRST_ROUNDS) for _, f in best), key=lambda c: -c.likelihood)
+    glimpses = sorted(
+        (_refine(f, a, b, extent, FIRST_ROUNDS) for _, f in best), key=lambda c: -c.likelihood
+    )
     finished = [_refine(c.fundamental, a, b, extent, ROUNDS) for c in glimpses[:FINISHED]]
     return max(finished, key=lambda c: c.likelihood)
 
@@ -282,7 +325,9 @@ def _best_likelihoods(residuals: Array, extent: float) -> tuple[Array, Array]:
     for sigma in SIGMAS_PX:
         density = _density(square, sigma)
         for gamma in SHARES:
-            likelihood = np.log(gamma * density + (1 - gamma) / extent).sum(axis=1) + _log_prior(sigma)
+            likelihood = np.log(gamma * density + (1 - gamma) / extent).sum(axis=1) + _log_prior(
+                sigma
+            )
             better = likelihood > value
             value, share = np.where(better, likelihood, value), np.where(better, gamma, share)
     return value, share
@@ -311,20 +356,29 @@ def _refine(fundamental: Array, a: Points, b: Points, extent: float, rounds: int
         pull = good * (TAIL + 1) / (TAIL + (r / sigma) ** 2)
         state = _minimise(state, a, b, np.sqrt(pull) / sigma)
         r = state.residuals(a, b)[0]
-        sigma = _likeliest_sigma(float(np.sum(pull * r**2)), max(float(good.sum()) - PARAMETERS, 1.0))
+        sigma = _likeliest_sigma(
+            float(np.sum(pull * r**2)), max(float(good.sum()) - PARAMETERS, 1.0)
+        )
         share = float(np.clip(good.mean(), 0.02, 0.99))
-        before, likelihood = likelihood, float(np.sum(np.log(
-            share * _density(r**2, sigma) + (1 - share) / extent))) + _log_prior(sigma)
+        before, likelihood = (
+            likelihood,
+            float(np.sum(np.log(share * _density(r**2, sigma) + (1 - share) / extent)))
+            + _log_prior(sigma),
+        )
         if abs(likelihood - before) < 1e-6:
             break
     return Consensus(state.fundamental(), good, sigma, share, likelihood)
 
 
-def _minimise(start: FundamentalParameters, a: Points, b: Points, root: Array) -> FundamentalParameters:
+def _minimise(
+    start: FundamentalParameters, a: Points, b: Points, root: Array
+) -> FundamentalParameters:
     """Return the parameters near start of least Sampson distances times root (n,)."""
+
     def weighted(state: FundamentalParameters) -> tuple[Array, Array]:
         value, by = state.residuals(a, b)
         return value * root, by * root[:, None]
+
     return minimise(start, weighted, lambda state, delta: state.retract(delta), max_steps=4).state
 
 
@@ -356,10 +410,15 @@ def _seven_point(a: Points, b: Points) -> Array:
     cubic = np.linalg.solve(np.vander(at, 4), values)  # (4, m), highest power first
     with np.errstate(all="ignore"):
         companion = np.zeros((first.shape[0], 3, 3))
-        companion[:, 0] = np.nan_to_num(-cubic[1:].T / cubic[0][:, None], nan=0.0, posinf=0.0, neginf=0.0)
+        companion[:, 0] = np.nan_to_num(
+            -cubic[1:].T / cubic[0][:, None], nan=0.0, posinf=0.0, neginf=0.0
+        )
     companion[:, 1, 0] = companion[:, 2, 1] = 1
     roots = np.linalg.eigvals(companion)
-    found = roots.real[..., None, None] * first[:, None] + (1 - roots.real[..., None, None]) * second[:, None]
+    found = (
+        roots.real[..., None, None] * first[:, None]
+        + (1 - roots.real[..., None, None]) * second[:, None]
+    )
     found = found[np.abs(roots.imag) < 1e-9 * (1 + np.abs(roots.real))]
     return found / np.maximum(np.linalg.norm(found, axis=(1, 2), keepdims=True), 1e-300)
 
@@ -379,4 +438,6 @@ def _sampson_jacobian(f: Array, by: Array, a: Points, b: Points) -> tuple[Array,
     d_steep = 2 * (across @ by[:, :2].reshape(p, 6).T + along @ by[:, :, :2].reshape(p, 6).T)
     with np.errstate(all="ignore"):
         root = np.sqrt(steep)[:, None]
-        return value / root[:, 0], d_value / root - 0.5 * value[:, None] * d_steep / (steep[:, None] * root)
+        return value / root[:, 0], d_value / root - 0.5 * value[:, None] * d_steep / (
+            steep[:, None] * root
+        )

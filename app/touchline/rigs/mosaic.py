@@ -81,9 +81,15 @@ class FieldView:
 
     def __post_init__(self) -> None:
         if not 64 <= self.width <= 8192:
-            raise BadInput(f"A width of {self.width} px is not possible.", "Use 64 to 8192.", reason="bad-view")
+            raise BadInput(
+                f"A width of {self.width} px is not possible.", "Use 64 to 8192.", reason="bad-view"
+            )
         if self.size.width * self.size.height > MAX_PX:
-            raise BadInput(f"An image of {self.size} is too large.", "Choose a smaller width.", reason="bad-view")
+            raise BadInput(
+                f"An image of {self.size} is too large.",
+                "Choose a smaller width.",
+                reason="bad-view",
+            )
 
     @property
     def px_per_mm(self) -> float:
@@ -91,11 +97,15 @@ class FieldView:
 
     @property
     def size(self) -> ImageSize:
-        return ImageSize(self.width, max(2, round((self.field.width_mm + 2 * self.margin_mm) * self.px_per_mm)))
+        return ImageSize(
+            self.width, max(2, round((self.field.width_mm + 2 * self.margin_mm) * self.px_per_mm))
+        )
 
     @property
     def _corner(self) -> Points:
-        return np.array([-self.field.length_mm / 2 - self.margin_mm, self.field.width_mm / 2 + self.margin_mm])
+        return np.array(
+            [-self.field.length_mm / 2 - self.margin_mm, self.field.width_mm / 2 + self.margin_mm]
+        )
 
     def view_from_field(self, points: Points) -> Points:
         return (points - self._corner) * [self.px_per_mm, -self.px_per_mm] - 0.5
@@ -106,14 +116,23 @@ class FieldView:
     def field_from_view_corner(self) -> list[PointJson]:
         """The field's places at the picture's first and last pixel, mm."""
         size = self.size
-        return self.field_from_view(np.array([[0.0, 0.0], [size.width - 1.0, size.height - 1.0]])).tolist()
+        return self.field_from_view(
+            np.array([[0.0, 0.0], [size.width - 1.0, size.height - 1.0]])
+        ).tolist()
 
     def overlay(self) -> list[PaintedLine]:
         """All that is painted, as polylines in view pixels."""
         shapes: list[Line | Arc] = [*self.field.lines.values(), *self.field.arcs.values()]
-        return [{"feature": shape.name, "kind": "arc" if isinstance(shape, Arc) else "line",
-                 "points": self.view_from_field(shape.sample(65 if isinstance(shape, Arc) else 2)).tolist()}
-                for shape in shapes]
+        return [
+            {
+                "feature": shape.name,
+                "kind": "arc" if isinstance(shape, Arc) else "line",
+                "points": self.view_from_field(
+                    shape.sample(65 if isinstance(shape, Arc) else 2)
+                ).tolist(),
+            }
+            for shape in shapes
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,12 +163,19 @@ class Stitcher:
     shown_share: tuple[float, ...]
 
     @classmethod
-    def of(cls, cameras: Sequence[tuple[CameraModel, ImageSize, Region]], view: FieldView,
-           progress: Progress = no_progress) -> Self:
+    def of(
+        cls,
+        cameras: Sequence[tuple[CameraModel, ImageSize, Region]],
+        view: FieldView,
+        progress: Progress = no_progress,
+    ) -> Self:
         """cameras: model, size of its raw picture, and the region that it shows first."""
         if not cameras:
-            raise FitFailed("No camera of this rig has both a calibration and an image.",
-                            "Calibrate the cameras and start their images.", reason="nothing-to-stitch")
+            raise FitFailed(
+                "No camera of this rig has both a calibration and an image.",
+                "Calibrate the cameras and start their images.",
+                reason="nothing-to-stitch",
+            )
         size = view.size
         raws = np.empty((len(cameras), size.height, size.width, 2), np.float32)
         weights = np.empty((len(cameras), size.height, size.width), np.float32)
@@ -160,24 +186,42 @@ class Stitcher:
             rows = slice(top, min(top + step, size.height))
             for number, (model, _, _) in enumerate(cameras):
                 raws[number, rows] = _raw(model, view, rows)
-            weights[:, rows] = _shares(np.stack([_weight(raw[rows], size_raw, region, view, rows) for raw, (
-                _, size_raw, region) in zip(raws, cameras, strict=True)]))
+            weights[:, rows] = _shares(
+                np.stack(
+                    [
+                        _weight(raw[rows], size_raw, region, view, rows)
+                        for raw, (_, size_raw, region) in zip(raws, cameras, strict=True)
+                    ]
+                )
+            )
         unseen = ~np.any(weights, axis=0)
         background = np.full((size.height, size.width, 3), BORDER_BGR, np.uint8)
         hatched = np.add.outer(np.arange(size.height), np.arange(size.width)) % HATCH_PX < 2
         background[unseen & hatched] = HATCH_BGR
         seam = np.flatnonzero(np.count_nonzero(weights, axis=0) > 1)
-        parts = tuple(_part(raw, weight, seam, size_raw) for raw, weight, (_, size_raw, _)
-                      in zip(raws, weights, cameras, strict=True))
-        return cls(view, parts, seam, background, unseen, tuple(float(w.mean(dtype=float)) for w in weights))
+        parts = tuple(
+            _part(raw, weight, seam, size_raw)
+            for raw, weight, (_, size_raw, _) in zip(raws, weights, cameras, strict=True)
+        )
+        return cls(
+            view,
+            parts,
+            seam,
+            background,
+            unseen,
+            tuple(float(w.mean(dtype=float)) for w in weights),
+        )
 
     @property
     def nbytes(self) -> int:
         """What it keeps in memory, about; with the maps that are made when it first stitches."""
         parts = [part for part in self.parts if part is not None]
-        kept = [array for p in parts for array in (p.map.raw_x, p.map.raw_y, p.alone, p.seam, p.weight)]
-        return sum(array.nbytes for array in (*kept, self.seam, self.background, self.unseen)) + sum(
-            6 * p.alone.size for p in parts)
+        kept = [
+            array for p in parts for array in (p.map.raw_x, p.map.raw_y, p.alone, p.seam, p.weight)
+        ]
+        return sum(
+            array.nbytes for array in (*kept, self.seam, self.background, self.unseen)
+        ) + sum(6 * p.alone.size for p in parts)
 
     def stitch(self, pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
         """(h, w, 3) BGR, of one raw picture for each camera."""
@@ -187,31 +231,52 @@ class Stitcher:
             if part is None:
                 continue
             if ImageSize(pixels.shape[1], pixels.shape[0]) != part.size:
-                raise BadInput("The size of an image differs from the calibration of its camera.",
-                               "Use images of the calibrated size.", reason="size-mismatch")
+                raise BadInput(
+                    "The size of an image differs from the calibration of its camera.",
+                    "Use images of the calibrated size.",
+                    reason="size-mismatch",
+                )
             corrected = part.map.apply(pixels)
             cv2.copyTo(corrected, part.alone, out[part.window])
             if len(self.seam):
-                blended += cv2.multiply(_whole(corrected).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight,
-                                        dtype=cv2.CV_32F)
+                blended += cv2.multiply(
+                    _whole(corrected).take(part.seam).view(np.uint8).reshape(-1, 3),
+                    part.weight,
+                    dtype=cv2.CV_32F,
+                )
         if len(self.seam):
-            np.put(_whole(out), self.seam, _whole(np.asarray(cv2.convertScaleAbs(blended), np.uint8)))
+            np.put(
+                _whole(out), self.seam, _whole(np.asarray(cv2.convertScaleAbs(blended), np.uint8))
+            )
         return out
 
     def description(self, cameras: Sequence[str]) -> StitchedView:
         """Describe the picture; cameras: by name, in the order of the parts."""
         view = self.view
-        return {"width": view.size.width, "height": view.size.height, "px_per_mm": view.px_per_mm,
-                "corner": view.field_from_view_corner(), "overlay": view.overlay(), "unseen": self.unseen_summary(),
-                "cameras": [{"camera": camera, "share": share}
-                            for camera, share in zip(cameras, self.shown_share, strict=True)]}
+        return {
+            "width": view.size.width,
+            "height": view.size.height,
+            "px_per_mm": view.px_per_mm,
+            "corner": view.field_from_view_corner(),
+            "overlay": view.overlay(),
+            "unseen": self.unseen_summary(),
+            "cameras": [
+                {"camera": camera, "share": share}
+                for camera, share in zip(cameras, self.shown_share, strict=True)
+            ],
+        }
 
     def unseen_summary(self) -> Unseen:
         """Return which part of the field no camera sees, without the margin."""
         size, field = self.view.size, self.view.field
-        at = self.view.field_from_view(np.stack(np.meshgrid(np.arange(size.width), np.arange(size.height)), axis=-1)
-                                       .astype(float))
-        on_field = (np.abs(at[..., 0]) <= field.length_mm / 2) & (np.abs(at[..., 1]) <= field.width_mm / 2)
+        at = self.view.field_from_view(
+            np.stack(np.meshgrid(np.arange(size.width), np.arange(size.height)), axis=-1).astype(
+                float
+            )
+        )
+        on_field = (np.abs(at[..., 0]) <= field.length_mm / 2) & (
+            np.abs(at[..., 1]) <= field.width_mm / 2
+        )
         unseen = self.unseen & on_field
         share = float(unseen.sum() / max(on_field.sum(), 1))
         where: Range | None = None
@@ -219,9 +284,12 @@ class Stitcher:
             x, y = at[unseen].T
             where = {"x": [float(x.min()), float(x.max())], "y": [float(y.min()), float(y.max())]}
         area = share * field.length_mm * field.width_mm / 1e6
-        words = ("The whole field is covered." if where is None else
-                 f"{area:.2g} m² ({100 * share:.2g} %) of the field is not covered by any camera, within x "
-                 f"{where['x'][0]:.0f} to {where['x'][1]:.0f} mm and y {where['y'][0]:.0f} to {where['y'][1]:.0f} mm.")
+        words = (
+            "The whole field is covered."
+            if where is None
+            else f"{area:.2g} m² ({100 * share:.2g} %) of the field is not covered by any camera, within x "
+            f"{where['x'][0]:.0f} to {where['x'][1]:.0f} mm and y {where['y'][0]:.0f} to {where['y'][1]:.0f} mm."
+        )
         return {"share": share, "m2": area, "where": where, "words": words}
 
 
@@ -235,15 +303,21 @@ def _raw(model: CameraModel, view: FieldView, rows: slice) -> Points:
     return raw_from_field(model, view.field_from_view(np.stack(np.meshgrid(x, y), axis=-1)))
 
 
-def _weight(raw: NDArray[np.float32], size: ImageSize, region: Region, view: FieldView, rows: slice) -> Array:
+def _weight(
+    raw: NDArray[np.float32], size: ImageSize, region: Region, view: FieldView, rows: slice
+) -> Array:
     """0 where the camera shows nothing, 1 well inside its picture and its region."""
     with np.errstate(invalid="ignore"):
         edge = np.minimum(raw, np.array(tuple(size)) - 1 - raw).min(axis=-1)
-        ramp = np.where(inside_picture(raw, size), np.clip((edge + 1) / FEATHER_PX, FILL_WEIGHT, 1), 0)
+        ramp = np.where(
+            inside_picture(raw, size), np.clip((edge + 1) / FEATHER_PX, FILL_WEIGHT, 1), 0
+        )
     x = view.field_from_view(np.arange(view.size.width)[:, None] * [1.0, 0.0])[:, 0]
     y = view.field_from_view(np.arange(rows.start, rows.stop)[:, None] * [0.0, 1.0])[:, 1]
-    into = np.minimum(_into(x, region.x_mm, view.field.length_mm)[None], _into(y, region.y_mm,
-                                                                              view.field.width_mm)[:, None])
+    into = np.minimum(
+        _into(x, region.x_mm, view.field.length_mm)[None],
+        _into(y, region.y_mm, view.field.width_mm)[:, None],
+    )
     return ramp * np.clip((into + FEATHER_MM) / (2 * FEATHER_MM), FILL_WEIGHT, 1)
 
 
@@ -264,8 +338,9 @@ def _into(at: NDArray, span: tuple[float, float], side_mm: float) -> NDArray:
     return np.minimum(low, high)
 
 
-def _part(raw: NDArray[np.float32], weight: NDArray[np.float32], seam: NDArray[np.int64],
-          size: ImageSize) -> MosaicTile | None:
+def _part(
+    raw: NDArray[np.float32], weight: NDArray[np.float32], seam: NDArray[np.int64], size: ImageSize
+) -> MosaicTile | None:
     shown = weight > 0
     if not shown.any():
         return None
@@ -276,16 +351,28 @@ def _part(raw: NDArray[np.float32], weight: NDArray[np.float32], seam: NDArray[n
     of_seam = weight.ravel()[seam]
     row, column = np.divmod(seam, weight.shape[1])
     here = (row - rows[0]) * alone.shape[1] + column - columns[0]
-    return MosaicTile(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
+    return MosaicTile(
+        window,
+        maps,
+        alone,
+        np.where(of_seam > 0, here, 0),
+        np.repeat(of_seam[:, None], 3, axis=1),
+        size,
+    )
 
 
-def stitcher_of(rig: Rig, names: Container[str], view: FieldView,
-                progress: Progress = no_progress) -> tuple[Stitcher, list[str]]:
+def stitcher_of(
+    rig: Rig, names: Container[str], view: FieldView, progress: Progress = no_progress
+) -> tuple[Stitcher, list[str]]:
     """For those of a rig's cameras that are calibrated on its field; and which these are."""
     cameras, shown = [], []
     for camera in rig.cameras:
         calibration = camera.calibration
-        if camera.camera in names and calibration is not None and calibration.field["name"] == view.field.name:
+        if (
+            camera.camera in names
+            and calibration is not None
+            and calibration.field["name"] == view.field.name
+        ):
             region = view.field.region(camera.region or calibration.region)
             cameras.append((model_of(calibration), calibration.image_size, region))
             shown.append(camera.camera)

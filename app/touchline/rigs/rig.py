@@ -53,7 +53,9 @@ class Rectangles:
         """Read those that a model was made with; None for parameters without a corrected rectangle."""
         try:
             n_x, n_y = int(parameters["n_rectangles_x"]), int(parameters["n_rectangles_y"])
-            return cls(float(parameters["width_px"]) / n_x, float(parameters["height_px"]) / n_y, n_x, n_y)
+            return cls(
+                float(parameters["width_px"]) / n_x, float(parameters["height_px"]) / n_y, n_x, n_y
+            )
         except (KeyError, TypeError, ValueError, ZeroDivisionError):
             return None
 
@@ -64,8 +66,11 @@ class Rectangles:
         if all(value is None for value in values):
             return None
         if any(value is None for value in values):
-            raise BadInput("Some of the calibration rectangles of the rig are missing.",
-                           f"Give all of {', '.join(NAMES)}, or none.", reason="bad-rectangles")
+            raise BadInput(
+                "Some of the calibration rectangles of the rig are missing.",
+                f"Give all of {', '.join(NAMES)}, or none.",
+                reason="bad-rectangles",
+            )
         read = read_options(RECTANGLE_OPTIONS, dict(zip(NAMES, values, strict=True)))
         return cls(*(read[name] for name in NAMES))
 
@@ -74,12 +79,19 @@ class Rectangles:
         corrected_rectangle(self.options(), region, image_size)
 
     def options(self) -> RectangleOptions:
-        return {"w_max_rectangle_px": self.w_max_px, "h_max_rectangle_px": self.h_max_px, "n_rectangles_x": self.n_x,
-                "n_rectangles_y": self.n_y}
+        return {
+            "w_max_rectangle_px": self.w_max_px,
+            "h_max_rectangle_px": self.h_max_px,
+            "n_rectangles_x": self.n_x,
+            "n_rectangles_y": self.n_y,
+        }
 
     def same_as(self, other: "Rectangles") -> bool:
-        return (self.n_x, self.n_y) == (other.n_x, other.n_y) and bool(np.allclose(
-            (self.w_max_px, self.h_max_px), (other.w_max_px, other.h_max_px), rtol=SAME, atol=0))
+        return (self.n_x, self.n_y) == (other.n_x, other.n_y) and bool(
+            np.allclose(
+                (self.w_max_px, self.h_max_px), (other.w_max_px, other.h_max_px), rtol=SAME, atol=0
+            )
+        )
 
 
 def most_common(each: Sequence[Rectangles]) -> Rectangles | None:
@@ -106,22 +118,39 @@ class RigMember:
 
     @property
     def rectangles(self) -> Rectangles | None:
-        return None if self.calibration is None else Rectangles.of_parameters(self.calibration.model_parameters)
+        return (
+            None
+            if self.calibration is None
+            else Rectangles.of_parameters(self.calibration.model_parameters)
+        )
 
     def has_size(self, pixels: Pixels) -> bool:
         """Return whether a picture has the size that its calibration is for."""
-        return self.calibration is not None and (pixels.shape[1], pixels.shape[0]) == tuple(self.calibration.image_size)
+        return self.calibration is not None and (pixels.shape[1], pixels.shape[0]) == tuple(
+            self.calibration.image_size
+        )
 
     def to_json(self) -> JsonObject:
-        return {"camera": self.camera, "title": self.title, "region": self.region, "rotate": self.rotate,
-                "calibration": None if self.calibration is None else self.calibration.to_json(),
-                "picture": self.picture}
+        return {
+            "camera": self.camera,
+            "title": self.title,
+            "region": self.region,
+            "rotate": self.rotate,
+            "calibration": None if self.calibration is None else self.calibration.to_json(),
+            "picture": self.picture,
+        }
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> Self:
         calibration = value["calibration"]
-        return cls(value["camera"], value["title"], value["region"], value["rotate"],
-                   None if calibration is None else Calibration.from_json(calibration), value["picture"])
+        return cls(
+            value["camera"],
+            value["title"],
+            value["region"],
+            value["rotate"],
+            None if calibration is None else Calibration.from_json(calibration),
+            value["picture"],
+        )
 
 
 @dataclass(frozen=True)
@@ -137,7 +166,9 @@ class Rig:
     @property
     def rectangles(self) -> Rectangles | None:
         """The rectangles that all its cameras should have."""
-        return self.given or most_common([own for camera in self.cameras if (own := camera.rectangles) is not None])
+        return self.given or most_common(
+            [own for camera in self.cameras if (own := camera.rectangles) is not None]
+        )
 
     @cached_property
     def field_json(self) -> FieldJson:
@@ -149,20 +180,33 @@ class Rig:
 
     def compared(self) -> dict[str, Calibration]:
         """Return the calibrations that speak of the field as it is now, by camera."""
-        return {camera.camera: camera.calibration for camera in self.cameras if camera.calibration is not None
-                and camera.calibration.field["name"] == self.field.name
-                and not camera.calibration.field_changes(self.field_json)}
+        return {
+            camera.camera: camera.calibration
+            for camera in self.cameras
+            if camera.calibration is not None
+            and camera.calibration.field["name"] == self.field.name
+            and not camera.calibration.field_changes(self.field_json)
+        }
 
     def to_json(self) -> JsonObject:
         """Return it as from_json reads it: what a job in another process needs."""
-        return {"name": self.name, "title": self.title, "field": self.field_json,
-                "rectangles": {} if self.given is None else self.given.options(),
-                "cameras": [camera.to_json() for camera in self.cameras]}
+        return {
+            "name": self.name,
+            "title": self.title,
+            "field": self.field_json,
+            "rectangles": {} if self.given is None else self.given.options(),
+            "cameras": [camera.to_json() for camera in self.cameras],
+        }
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> Self:
-        return cls(value["name"], value["title"], field_from_json(value["field"]),
-                   Rectangles.of_rig(value["rectangles"]), tuple(map(RigMember.from_json, value["cameras"])))
+        return cls(
+            value["name"],
+            value["title"],
+            field_from_json(value["field"]),
+            Rectangles.of_rig(value["rectangles"]),
+            tuple(map(RigMember.from_json, value["cameras"])),
+        )
 
 
 class CameraOfRig(TypedDict):
@@ -188,17 +232,26 @@ class RigStatus(TypedDict):
 def rig_status(rig: Rig) -> RigStatus:
     """Return the state of each camera, and what is wrong with it in this rig."""
     wanted = rig.rectangles
-    return {"rectangles": wanted.options() if wanted else None,
-            "rectangles_from": "rig" if rig.given else "cameras" if wanted else None,
-            "cameras": [_status(rig, camera, wanted) for camera in rig.cameras]}
+    return {
+        "rectangles": wanted.options() if wanted else None,
+        "rectangles_from": "rig" if rig.given else "cameras" if wanted else None,
+        "cameras": [_status(rig, camera, wanted) for camera in rig.cameras],
+    }
 
 
 def _status(rig: Rig, camera: RigMember, wanted: Rectangles | None) -> CameraOfRig:
     active, own = camera.calibration, camera.rectangles
-    return {"camera": camera.camera, "title": camera.title, "region": camera.region, "rotate": camera.rotate,
-            "calibration": None if active is None else active.id, "version": None if active is None else active.version,
-            "model": None if active is None else active.model_name, "rectangles": own.options() if own else None,
-            "troubles": list(_troubles(rig, camera, wanted))}
+    return {
+        "camera": camera.camera,
+        "title": camera.title,
+        "region": camera.region,
+        "rotate": camera.rotate,
+        "calibration": None if active is None else active.id,
+        "version": None if active is None else active.version,
+        "model": None if active is None else active.model_name,
+        "rectangles": own.options() if own else None,
+        "troubles": list(_troubles(rig, camera, wanted)),
+    }
 
 
 def _troubles(rig: Rig, camera: RigMember, wanted: Rectangles | None) -> Iterator[RigTrouble]:
@@ -208,37 +261,87 @@ def _troubles(rig: Rig, camera: RigMember, wanted: Rectangles | None) -> Iterato
         return camera_trouble(camera.camera, reason, text, fix)
 
     if calibration is None:
-        yield trouble("not-calibrated", camera_not_calibrated(title),
-                      say("rig.calibrate-camera", "Calibrate {camera}, and activate it.", camera=title))
+        yield trouble(
+            "not-calibrated",
+            camera_not_calibrated(title),
+            say("rig.calibrate-camera", "Calibrate {camera}, and activate it.", camera=title),
+        )
         return
     if calibration.field["name"] != rig.field.name:
-        yield trouble("other-field", say("rig.other-field", "{camera} is calibrated on the field {field}; the field of "
-                                         "the rig is {wanted}.", camera=title, field=calibration.field["name"],
-                                         wanted=rig.field.name),
-                      say("rig.calibrate-on-field", "Calibrate {camera} on {field}.", camera=title,
-                          field=rig.field.name))
+        yield trouble(
+            "other-field",
+            say(
+                "rig.other-field",
+                "{camera} is calibrated on the field {field}; the field of the rig is {wanted}.",
+                camera=title,
+                field=calibration.field["name"],
+                wanted=rig.field.name,
+            ),
+            say(
+                "rig.calibrate-on-field",
+                "Calibrate {camera} on {field}.",
+                camera=title,
+                field=rig.field.name,
+            ),
+        )
         return
     if changes := calibration.field_changes(rig.field_json):
-        yield trouble("field-changed", say("rig.field-changed", "{camera} was calibrated before the field was "
-                                           "changed: {changes}.", camera=title, changes=changes_in_words(changes)),
-                      FIELD_CHANGED_FIX)
+        yield trouble(
+            "field-changed",
+            say(
+                "rig.field-changed",
+                "{camera} was calibrated before the field was changed: {changes}.",
+                camera=title,
+                changes=changes_in_words(changes),
+            ),
+            FIELD_CHANGED_FIX,
+        )
     if camera.region is not None and calibration.region != camera.region:
-        yield trouble("other-region", say("rig.other-area", "{camera} is calibrated on {area}; its covered area in "
-                                          "the rig is {wanted}.", camera=title, area=calibration.region,
-                                          wanted=camera.region),
-                      say("rig.calibrate-on-area", "Calibrate {camera} on {area}, or change the rig.", camera=title,
-                          area=camera.region))
+        yield trouble(
+            "other-region",
+            say(
+                "rig.other-area",
+                "{camera} is calibrated on {area}; its covered area in the rig is {wanted}.",
+                camera=title,
+                area=calibration.region,
+                wanted=camera.region,
+            ),
+            say(
+                "rig.calibrate-on-area",
+                "Calibrate {camera} on {area}, or change the rig.",
+                camera=title,
+                area=camera.region,
+            ),
+        )
     if own is not None and wanted is not None and not own.same_as(wanted):
-        yield trouble("other-rectangles", say("rig.other-grid", "{camera} is calibrated with {grid}; the rig has "
-                                              "{wanted}. Corrected pixels of the two cameras differ in scale.",
-                                              camera=title, grid=_grid(own), wanted=_grid(wanted)),
-                      say("rig.fit-with-grid", "Fit {camera} again with the shared calibration grid of the rig, then "
-                          "activate the new version.", camera=title))
+        yield trouble(
+            "other-rectangles",
+            say(
+                "rig.other-grid",
+                "{camera} is calibrated with {grid}; the rig has "
+                "{wanted}. Corrected pixels of the two cameras differ in scale.",
+                camera=title,
+                grid=_grid(own),
+                wanted=_grid(wanted),
+            ),
+            say(
+                "rig.fit-with-grid",
+                "Fit {camera} again with the shared calibration grid of the rig, then "
+                "activate the new version.",
+                camera=title,
+            ),
+        )
 
 
 def _grid(rectangles: Rectangles) -> Sentence:
-    return say("rig.grid", "{n_x} × {n_y} rectangles of {width_px:.4g} × {height_px:.4g} px", n_x=rectangles.n_x,
-               n_y=rectangles.n_y, width_px=rectangles.w_max_px, height_px=rectangles.h_max_px)
+    return say(
+        "rig.grid",
+        "{n_x} × {n_y} rectangles of {width_px:.4g} × {height_px:.4g} px",
+        n_x=rectangles.n_x,
+        n_y=rectangles.n_y,
+        width_px=rectangles.w_max_px,
+        height_px=rectangles.h_max_px,
+    )
 
 
 def refuse_other_sizes(rig: Rig, pictures: Mapping[str, Pixels]) -> None:
@@ -247,6 +350,14 @@ def refuse_other_sizes(rig: Rig, pictures: Mapping[str, Pixels]) -> None:
         pixels = pictures.get(camera.camera)
         if pixels is None or camera.calibration is None or camera.has_size(pixels):
             continue
-        raise Conflict(say("rig.other-image-size", "The image from {camera} is {size}; its calibration is for "
-                           "{wanted}.", camera=camera.title, size=ImageSize(pixels.shape[1], pixels.shape[0]),
-                           wanted=camera.calibration.image_size), CALIBRATE_AGAIN_FOR_SIZE, reason="size-mismatch")
+        raise Conflict(
+            say(
+                "rig.other-image-size",
+                "The image from {camera} is {size}; its calibration is for {wanted}.",
+                camera=camera.title,
+                size=ImageSize(pixels.shape[1], pixels.shape[0]),
+                wanted=camera.calibration.image_size,
+            ),
+            CALIBRATE_AGAIN_FOR_SIZE,
+            reason="size-mismatch",
+        )

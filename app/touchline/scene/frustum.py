@@ -70,11 +70,20 @@ class Frustum(Pyramid):
             at_depth_1 = np.abs(rays[:, :2] / depth)
         in_front = np.isfinite(at_depth_1).all(axis=1)
         max_half = float(np.tan(np.radians(MAX_FOV_DEG / 2)))
-        extent = np.nanmax(at_depth_1[in_front], axis=0) if in_front.any() else np.array([max_half, max_half])
+        extent = (
+            np.nanmax(at_depth_1[in_front], axis=0)
+            if in_front.any()
+            else np.array([max_half, max_half])
+        )
         not_too_narrow = np.maximum(extent, extent[::-1] / MAX_ASPECT)
         half = np.clip(not_too_narrow, max_half / MAX_ASPECT**3, max_half)
-        return cls(model, np.array(model.position_mm), model.camera_from_field.T, (float(half[0]), float(half[1])),
-                   bool(in_front.all() and (extent <= max_half).all()))
+        return cls(
+            model,
+            np.array(model.position_mm),
+            model.camera_from_field.T,
+            (float(half[0]), float(half[1])),
+            bool(in_front.all() and (extent <= max_half).all()),
+        )
 
     @property
     def height_mm(self) -> float:
@@ -131,7 +140,9 @@ class Frustum(Pyramid):
         y = ((np.arange(height) + 0.5) / height * 2 - 1) * self.half[1]
         rays = np.stack([*np.meshgrid(x, y), np.ones((height, width))], axis=-1) * RAY_MM
         raw = self.model.project(self.position_mm + rays @ self.field_from_camera.T)
-        scale = np.array([raw / own for raw, own in zip(raw_size, self.model.image_size, strict=True)])
+        scale = np.array(
+            [raw / own for raw, own in zip(raw_size, self.model.image_size, strict=True)]
+        )
         # Pixels are counted from the centre of the first one; pictures of two sizes agree in its outer corner.
         raw = ((raw + 0.5) * scale - 0.5).astype(np.float32)
         return CorrectionMap(raw[..., 0], raw[..., 1])
@@ -141,8 +152,12 @@ def _border(size: ImageSize) -> Points:
     """Return points (n, 2) px around the picture, clockwise from its top-left corner."""
     t = np.linspace(0, 1, BORDER_STEPS)[:-1]
     right, bottom = size.width - 1, size.height - 1
-    sides = [(t * right, 0 * t), (0 * t + right, t * bottom), ((1 - t) * right, 0 * t + bottom),
-             (0 * t, (1 - t) * bottom)]
+    sides = [
+        (t * right, 0 * t),
+        (0 * t + right, t * bottom),
+        ((1 - t) * right, 0 * t + bottom),
+        (0 * t, (1 - t) * bottom),
+    ]
     return np.concatenate([np.stack(side, axis=1) for side in sides])
 
 
@@ -163,21 +178,32 @@ class BoardViews(Pyramid):
     def of(cls, lens: Mapping[str, Any]) -> Self:
         """Read a stored lens; Conflict where it has no board poses."""
         try:
-            views = [view for view in lens["report"]["views"] if view.get("used") and view.get("quad_mm") is not None]
+            views = [
+                view
+                for view in lens["report"]["views"]
+                if view.get("used") and view.get("quad_mm") is not None
+            ]
             quads = np.array([view["quad_mm"] for view in views], float).reshape(-1, 4, 3)
             cells = np.array(lens["report"]["coverage"]["cells"], float)
             intrinsics, (width, height) = lens["lens"], lens["image_size"]
             focal_px = float(intrinsics["focal_px"])
             half = (width / 2 / focal_px, height / 2 / (focal_px * float(intrinsics["aspect"])))
-            is_valid = (np.isfinite(quads).all() and np.abs(quads).max(initial=0) < MAX_BOARD_MM and cells.ndim == 2
-                        and np.isfinite(cells).all() and np.isfinite(half).all()
-                        and 0 < min(half) <= max(half) < MAX_HALF)
+            is_valid = (
+                np.isfinite(quads).all()
+                and np.abs(quads).max(initial=0) < MAX_BOARD_MM
+                and cells.ndim == 2
+                and np.isfinite(cells).all()
+                and np.isfinite(half).all()
+                and 0 < min(half) <= max(half) < MAX_HALF
+            )
         except (KeyError, TypeError, ValueError, AttributeError, ZeroDivisionError):
             is_valid, views, quads = False, [], np.empty((0, 4, 3))
         if not is_valid or not len(quads):
-            raise Conflict("This lens does not contain the poses of the board.",
-                           "Calibrate the lens again from its images. New calibrations contain the poses of the board.",
-                           reason="no-board-poses")
+            raise Conflict(
+                "This lens does not contain the poses of the board.",
+                "Calibrate the lens again from its images. New calibrations contain the poses of the board.",
+                reason="no-board-poses",
+            )
         return cls(quads, tuple(str(view.get("name", "")) for view in views), half, cells)
 
     @property
@@ -192,13 +218,19 @@ class BoardViews(Pyramid):
         usual = float(np.median(self.cells[has_corners], axis=None)) if has_corners.any() else 1.0
         # twice the usual number is brightest
         share = np.clip(self.cells / max(usual, 1.0) / 2, 0, 1)
-        picture = np.stack([40 + 60 * share, 70 + 160 * share, 60 + 80 * share], axis=-1).astype(np.uint8)
+        picture = np.stack([40 + 60 * share, 70 + 160 * share, 60 + 80 * share], axis=-1).astype(
+            np.uint8
+        )
         picture[self.cells == 0] = (190, 60, 50)
         return np.kron(picture, np.ones((CELL_PX, CELL_PX, 1), np.uint8))
 
     def to_json(self) -> JsonObject:
-        return {"boards": len(self.quads), "nearest_mm": float(self.quads[..., 2].min()),
-                "furthest_mm": float(self.quads[..., 2].max()), "covered": float((self.cells > 0).mean())}
+        return {
+            "boards": len(self.quads),
+            "nearest_mm": float(self.quads[..., 2].min()),
+            "furthest_mm": float(self.quads[..., 2].max()),
+            "covered": float((self.cells > 0).mean()),
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,23 +246,40 @@ class Viewpoint:
     def above(cls, field: Field, aspect: float) -> Self:
         """Look at the whole field, x to the right and y up. aspect: of the window, width over height."""
         half = max(field.length_mm / aspect, field.width_mm) / 2 * MARGIN
-        return cls(np.array([0.0, 0.0, half / np.tan(WINDOW_FOV_RAD / 2)]), np.zeros(3), np.array([0.0, 1.0, 0.0]))
+        return cls(
+            np.array([0.0, 0.0, half / np.tan(WINDOW_FOV_RAD / 2)]),
+            np.zeros(3),
+            np.array([0.0, 1.0, 0.0]),
+        )
 
     @classmethod
     def free(cls, field: Field, highest_mm: float, aspect: float) -> Self:
         """Look from beside the field, so that cameras of that height are seen as well."""
-        reach = max(field.length_mm, field.width_mm, 1.6 * highest_mm) * max(1.0, WIDE_ASPECT / aspect)
-        return cls(np.array([0.25 * reach, -1.05 * reach, 0.75 * reach]), np.array([0.0, 0.0, 0.3 * highest_mm]),
-                   np.array([0.0, 0.0, 1.0]))
+        reach = max(field.length_mm, field.width_mm, 1.6 * highest_mm) * max(
+            1.0, WIDE_ASPECT / aspect
+        )
+        return cls(
+            np.array([0.25 * reach, -1.05 * reach, 0.75 * reach]),
+            np.array([0.0, 0.0, 0.3 * highest_mm]),
+            np.array([0.0, 0.0, 1.0]),
+        )
 
     @classmethod
     def through(cls, frustum: Frustum, aspect: float) -> Self:
         """Look from the camera's position along its axis, with its whole picture in the window."""
-        return cls(frustum.position_mm, frustum.ahead, -frustum.field_from_camera[:, 1], frustum.fov_within(aspect))
+        return cls(
+            frustum.position_mm,
+            frustum.ahead,
+            -frustum.field_from_camera[:, 1],
+            frustum.fov_within(aspect),
+        )
 
     @classmethod
     def beside(cls, boards: BoardViews) -> Self:
         """Look at boards, and from behind at the camera before which they are: it looks along z with y down."""
         far = float(boards.quads[..., 2].max())
-        return cls(np.array([0.8 * far, -0.5 * far, -0.5 * far]), np.array([0.0, 0.0, 0.5 * far]),
-                   np.array([0.0, -1.0, 0.0]))
+        return cls(
+            np.array([0.8 * far, -0.5 * far, -0.5 * far]),
+            np.array([0.0, 0.0, 0.5 * far]),
+            np.array([0.0, -1.0, 0.0]),
+        )

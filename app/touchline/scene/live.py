@@ -52,8 +52,12 @@ from touchline.scene.scene_camera import SceneCamera, carpet_intersection, descr
 MARK, MARK_MM = (255, 80, 200), 45.0
 LAYERS = ("pictures", "rays", "arrows", "footprints", "labels", "moved", "things")
 PORT_FROM_OUTSIDE = "_VISER_PORT_OVERRIDE"
-UNWANTED = (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect, _messages.FileTransferStartUpload,
-            _messages.FileTransferPart)
+UNWANTED = (
+    _messages.ShareUrlRequest,
+    _messages.ShareUrlDisconnect,
+    _messages.FileTransferStartUpload,
+    _messages.FileTransferPart,
+)
 OnMessage = Callable[[JsonObject], None]
 
 
@@ -76,12 +80,17 @@ class SceneWorker:
     def run(self) -> None:
         view = self._view
         actions: dict[int, Callable[[int, JsonObject, bytes], Any]] = {
-            messages.DRAW: lambda number, head, _: answer(self._connection, number, lambda: (view.show(head), b"")),
-            messages.EXPORT: lambda number, head, _: answer(self._connection, number,
-                                                            lambda: ({}, self._exported(head))),
+            messages.DRAW: lambda number, head, _: answer(
+                self._connection, number, lambda: (view.show(head), b"")
+            ),
+            messages.EXPORT: lambda number, head, _: answer(
+                self._connection, number, lambda: ({}, self._exported(head))
+            ),
             messages.SET_VIEW: lambda _, head, __: view.set_state(head),
             messages.PICTURE: lambda _, head, jpeg: self._show_picture(head["key"], jpeg),
-            messages.DETECTIONS: lambda _, head, __: view.show_detections(head["key"], head["things"]),
+            messages.DETECTIONS: lambda _, head, __: view.show_detections(
+                head["key"], head["things"]
+            ),
         }
         while True:
             kind, number, body = self._connection.receive()
@@ -90,7 +99,9 @@ class SceneWorker:
 
     def _show_picture(self, key: str, jpeg: bytes) -> None:
         """Show a JPEG that our own server or a camera's process has encoded."""
-        raw = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+        raw = cv2.imdecode(
+            np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+        )
         if raw is not None:
             self._view.show_picture(key, np.asarray(raw, np.uint8))
 
@@ -134,7 +145,9 @@ def _requiring_key(key: str) -> Iterator[list[bool]]:
         given = request.headers.get(messages.KEY_HEADER, "")
         if hmac.compare_digest(given.encode("utf-8", "replace"), key.encode()):
             return None
-        return connection.respond(http.HTTPStatus.FORBIDDEN, "Open it through Touchline's own page.\n")
+        return connection.respond(
+            http.HTTPStatus.FORBIDDEN, "Open it through Touchline's own page.\n"
+        )
 
     def serve(*args: Any, **more: Any) -> Any:
         secured.append(True)
@@ -176,26 +189,40 @@ class SceneView:
         """
         if given.get("lens") is not None:
             return self._show_lens(given["lens"])
-        cameras = [SceneCamera.of(one["key"], one["title"], Calibration.from_json(one["calibration"]),
-                                 Calibration.from_json(one["before"]) if one.get("before") else None)
-                     for one in given["cameras"]]
+        cameras = [
+            SceneCamera.of(
+                one["key"],
+                one["title"],
+                Calibration.from_json(one["calibration"]),
+                Calibration.from_json(one["before"]) if one.get("before") else None,
+            )
+            for one in given["cameras"]
+        ]
         if not cameras:
-            raise BadInput(say("scene.no-calibration", "There is no calibration to show."),
-                           say("scene.choose-version", "Choose a version, or calibrate a camera."),
-                           reason="nothing-to-show")
+            raise BadInput(
+                say("scene.no-calibration", "There is no calibration to show."),
+                say("scene.choose-version", "Choose a version, or calibrate a camera."),
+                reason="nothing-to-show",
+            )
         top = common_scale_mm(cameras)
         scale = min(one.arrow_scale for one in cameras)
-        shown = [{**one.to_json(), "colour": list(colour)}
-                 for one, colour in zip(cameras, COLOURS * len(cameras), strict=False)]
+        shown = [
+            {**one.to_json(), "colour": list(colour)}
+            for one, colour in zip(cameras, COLOURS * len(cameras), strict=False)
+        ]
         with self._lock, self.server.atomic():
             self._clear(cameras[0].field)
             self._arrow_scale = scale
             draw_ground(self.server.scene, cameras[0].field)
             for camera, colour in zip(cameras, COLOURS * len(cameras), strict=False):
                 node = self._nodes[camera.key] = CameraNode(self.server.scene, camera, colour)
-                node.add("rays", draw_rays(self.server.scene, f"/rays/{camera.key}", camera, colour))
+                node.add(
+                    "rays", draw_rays(self.server.scene, f"/rays/{camera.key}", camera, colour)
+                )
                 if top is not None:
-                    node.handles |= draw_error_surfaces(self.server.scene, f"/sheets/{camera.key}", camera, top)
+                    node.handles |= draw_error_surfaces(
+                        self.server.scene, f"/sheets/{camera.key}", camera, top
+                    )
             self._draw_arrows()
             self._apply()
             self._aim_all()
@@ -230,7 +257,10 @@ class SceneView:
             if node := self._nodes.get(key):
                 for handle in node.handles.pop("things", []):
                     handle.remove()
-                node.add("things", *draw_detections(self.server.scene, f"/things/{key}", node.camera.field, found))
+                node.add(
+                    "things",
+                    *draw_detections(self.server.scene, f"/things/{key}", node.camera.field, found),
+                )
                 self._apply()
 
     # How it is viewed
@@ -248,7 +278,9 @@ class SceneView:
                 self._aim_all()
 
     def _set_theme(self) -> None:
-        self.server.gui.configure_theme(dark_mode=self.state.dark, show_logo=False, show_share_button=False)
+        self.server.gui.configure_theme(
+            dark_mode=self.state.dark, show_logo=False, show_share_button=False
+        )
 
     def _draw_arrows(self) -> None:
         scene, scale = self.server.scene, self.state.scale or self._arrow_scale
@@ -256,14 +288,18 @@ class SceneView:
             for layer, draw in (("arrows", draw_residuals), ("moved", draw_pose_change)):
                 node.handles.pop(layer, None)
                 node.add(layer, draw(scene, f"/{layer}/{key}", node.camera, scale))
-        if self._field is not None and any(n.handles["arrows"] or n.handles["moved"] for n in self._nodes.values()):
+        if self._field is not None and any(
+            n.handles["arrows"] or n.handles["moved"] for n in self._nodes.values()
+        ):
             self._scale_label = draw_scale(scene, self._field, scale)
 
     def _apply(self) -> None:
         state = self.state
         shown = state.layers | {state.sheet} | ({"older"} if "moved" in state.layers else set())
         for key, node in self._nodes.items():
-            node.set_visible(shown, state.view == "camera" and state.through == key, key in state.hidden)
+            node.set_visible(
+                shown, state.view == "camera" and state.through == key, key in state.hidden
+            )
         if self._scale_label is not None:
             self._scale_label.visible = bool(state.layers & {"arrows", "moved"})
 
@@ -272,7 +308,11 @@ class SceneView:
             self._aim(client)
         if (view := self.viewpoint(16 / 9)) is not None:
             first = self.server.initial_camera
-            first.position, first.look_at, first.up = view.position_mm * METRES, view.look_at_mm * METRES, view.up
+            first.position, first.look_at, first.up = (
+                view.position_mm * METRES,
+                view.look_at_mm * METRES,
+                view.up,
+            )
             first.fov = view.fov_rad
 
     def _aim(self, client: viser.ClientHandle) -> None:
@@ -293,11 +333,17 @@ class SceneView:
         if self._field is None:
             return None
         through = self._nodes.get(self.state.through)
-        if self.state.view == "camera" and through is not None and through.camera.frustum is not None:
+        if (
+            self.state.view == "camera"
+            and through is not None
+            and through.camera.frustum is not None
+        ):
             return Viewpoint.through(through.camera.frustum, aspect)
         if self.state.view == "above":
             return Viewpoint.above(self._field, aspect)
-        heights = [c.camera.frustum.height_mm for c in self._nodes.values() if c.camera.frustum is not None]
+        heights = [
+            c.camera.frustum.height_mm for c in self._nodes.values() if c.camera.frustum is not None
+        ]
         return Viewpoint.free(self._field, max(heights, default=0.0), aspect)
 
     # What is clicked
@@ -310,7 +356,9 @@ class SceneView:
             if place is None:
                 return
             x, y = (float(v) * METRES for v in place)
-            self.server.scene.add_icosphere("/mark", MARK_MM * METRES, MARK, subdivisions=2, position=(x, y, 0.0))
+            self.server.scene.add_icosphere(
+                "/mark", MARK_MM * METRES, MARK, subdivisions=2, position=(x, y, 0.0)
+            )
             description = describe_place(place, [node.camera for node in self._nodes.values()])
         self._on_click(description)
 
@@ -331,5 +379,7 @@ class ViewState:
     def changed(self, given: Mapping[str, Any]) -> Self:
         """Return the state with these changes, which the API schema has validated."""
         changes = {name: value for name, value in given.items() if value is not None}
-        layers, hidden = (frozenset(changes.pop(name, getattr(self, name))) for name in ("layers", "hidden"))
+        layers, hidden = (
+            frozenset(changes.pop(name, getattr(self, name))) for name in ("layers", "hidden")
+        )
         return replace(self, layers=layers, hidden=hidden, **changes)

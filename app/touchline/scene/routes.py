@@ -62,7 +62,9 @@ Layer = Literal["pictures", "rays", "arrows", "footprints", "labels", "moved", "
 class SceneShow(Strict):
     """calibrations, or a rig by its name, or a lens from a board; before: an older version to show the changes."""
 
-    calibrations: Annotated[list[SceneName], Field(min_length=1, max_length=MAX_CAMERAS)] | None = None
+    calibrations: Annotated[list[SceneName], Field(min_length=1, max_length=MAX_CAMERAS)] | None = (
+        None
+    )
     rig: SceneName | None = None
     lens: SceneName | None = None
     before: SceneName | None = None
@@ -97,8 +99,10 @@ async def open_scene(socket: WebSocket, services: ServicesDep) -> None:
     The scene's process starts with the connection and ends with it, or when nobody looks any more.
     """
     session, scenes = SceneSession(socket, services), services.part(SceneState)
-    async with (websocket_session(socket),
-                scenes.open.scene(lambda click: session.queue({"clicked": click})) as (name, process)):
+    async with (
+        websocket_session(socket),
+        scenes.open.scene(lambda click: session.queue({"clicked": click})) as (name, process),
+    ):
         session.queue({"address": f"/viser/{name}/"})
         try:
             await run_until_first(session.receive(process), session.send(), _until_over(process))
@@ -113,10 +117,16 @@ async def _until_over(process: SceneProcess) -> None:
         await asyncio.sleep(POLL_S)
         idle_s = 0.0 if process.viewers else idle_s + POLL_S
         if idle_s > IDLE_S:
-            raise Unavailable(say("scene.unused", "The scene was closed because it was not used."),
-                              say("scene.reload", "Reload the page."), reason="scene-idle")
-    raise Unavailable(say("scene.process-ended", "The scene process has stopped."),
-                      say("scene.open-again", "Open the scene again."), reason="scene-gone")
+            raise Unavailable(
+                say("scene.unused", "The scene was closed because it was not used."),
+                say("scene.reload", "Reload the page."),
+                reason="scene-idle",
+            )
+    raise Unavailable(
+        say("scene.process-ended", "The scene process has stopped."),
+        say("scene.open-again", "Open the scene again."),
+        reason="scene-gone",
+    )
 
 
 class SceneSession:
@@ -140,8 +150,12 @@ class SceneSession:
     async def receive(self, process: SceneProcess) -> None:
         """Follow the page's messages until it has gone; what cannot be shown leaves the scene as it was."""
         while True:
-            message = await receive_json(self._socket, SceneMessage, MAX_MESSAGE,
-                                         'Send {"show": {"calibrations": [id]}} or {"set": {"view": "above"}}.')
+            message = await receive_json(
+                self._socket,
+                SceneMessage,
+                MAX_MESSAGE,
+                'Send {"show": {"calibrations": [id]}} or {"set": {"view": "above"}}.',
+            )
             if message.set is not None:
                 if message.set.layers is not None:
                     self._shows_detections = "things" in message.set.layers
@@ -150,7 +164,13 @@ class SceneSession:
                 try:
                     await self._show(process, message.show)
                 except TouchlineError as error:
-                    self.queue({"problem": stated({"reason": error.reason, "detail": error.what, "fix": error.fix})})
+                    self.queue(
+                        {
+                            "problem": stated(
+                                {"reason": error.reason, "detail": error.what, "fix": error.fix}
+                            )
+                        }
+                    )
 
     async def stop_feeds(self) -> None:
         """Send no more pictures to the scene."""
@@ -160,18 +180,26 @@ class SceneSession:
         await asyncio.gather(*feeds, return_exceptions=True)
 
     async def _show(self, process: SceneProcess, show: SceneShow) -> None:
-        content = await self._services.run_in_thread(scene_content, self._services, show.calibrations, show.rig,
-                                                     show.lens, show.before)
+        content = await self._services.run_in_thread(
+            scene_content, self._services, show.calibrations, show.rig, show.lens, show.before
+        )
         result = await process.show(content.records)
         self.queue({"shown": {**result, "missing": content.missing}})
         await self.stop_feeds()
         for key, calibration in content.calibrations.items():
-            self._feeds.append(asyncio.create_task(self._feed_pictures(process, key, calibration, show)))
+            self._feeds.append(
+                asyncio.create_task(self._feed_pictures(process, key, calibration, show))
+            )
             if show.live and calibration.camera is not None:
-                self._feeds.append(asyncio.create_task(self._feed_detections(process, key, calibration.camera,
-                                                                             calibration.id)))
+                self._feeds.append(
+                    asyncio.create_task(
+                        self._feed_detections(process, key, calibration.camera, calibration.id)
+                    )
+                )
 
-    async def _feed_pictures(self, process: SceneProcess, key: str, calibration: Calibration, show: SceneShow) -> None:
+    async def _feed_pictures(
+        self, process: SceneProcess, key: str, calibration: Calibration, show: SceneShow
+    ) -> None:
         """Send the picture that was calibrated; then, where there is such a camera, what it sees now."""
         jpeg = await self._services.run_in_thread(calibration_jpeg, self._services, calibration)
         if jpeg is not None:
@@ -190,7 +218,9 @@ class SceneSession:
                     if same and process.viewers and not process.is_congested:
                         process.send(messages.PICTURE, {"key": key}, bytes(split_body(body)[1]))
 
-    async def _feed_detections(self, process: SceneProcess, key: str, camera: str, calibration: str) -> None:
+    async def _feed_detections(
+        self, process: SceneProcess, key: str, camera: str, calibration: str
+    ) -> None:
         """Send what the camera detects by this very calibration, while that layer is shown.
 
         Else it does not listen: the camera's process works for listeners.
@@ -199,8 +229,12 @@ class SceneSession:
             await asyncio.sleep(POLL_S)
             if not self._shows_detections:
                 continue
-            with (suppress(TouchlineError, TimeoutError),  # switched off, silent, or gone
-                  self._services.live.get(camera).feeds["detections"].listening(DETECTIONS_FPS) as viewer):
+            with (
+                suppress(TouchlineError, TimeoutError),  # switched off, silent, or gone
+                self._services.live.get(camera)
+                .feeds["detections"]
+                .listening(DETECTIONS_FPS) as viewer,
+            ):
                 while self._shows_detections:
                     result = decode_body(await viewer.next(SILENT_S))[0]
                     detections = result["items"] if result["calibration"] == calibration else []
@@ -210,7 +244,9 @@ class SceneSession:
 
 
 @router.get("/calibrations/{id}/scene.html", response_class=HTMLResponse, responses=HTML)
-async def read_scene_page(services: ServicesDep, id: Id, dark: Dark = False, before: Id | None = None) -> HTMLResponse:
+async def read_scene_page(
+    services: ServicesDep, id: Id, dark: Dark = False, before: Id | None = None
+) -> HTMLResponse:
     """Return the scene as one HTML file of about 1 MB that loads nothing else: to save next to the report.
 
     before: an older version of the same camera, to show the changes.
@@ -231,27 +267,44 @@ async def read_scene_page(services: ServicesDep, id: Id, dark: Dark = False, bef
             html = await process.export(f"Scene of {title}", dark)
         scenes.files.put(key, html)
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-scene.html"
-    return HTMLResponse(html, headers={
-        # an origin of its own: whatever runs in it has no part in ours
-        "Content-Security-Policy": f"sandbox allow-scripts; {EXPORT_POLICY}; frame-ancestors 'self'",
-        "Cache-Control": "no-cache", "Content-Disposition": disposition("inline", name)})
+    return HTMLResponse(
+        html,
+        headers={
+            # an origin of its own: whatever runs in it has no part in ours
+            "Content-Security-Policy": f"sandbox allow-scripts; {EXPORT_POLICY}; frame-ancestors 'self'",
+            "Cache-Control": "no-cache",
+            "Content-Disposition": disposition("inline", name),
+        },
+    )
 
 
 @viser_proxy.get("/{name}/")
 async def show_viser(services: ServicesDep, name: str) -> HTMLResponse:
     services.part(SceneState).open.get(name)
-    return HTMLResponse(client_page(), headers={"Content-Security-Policy": PAGE_POLICY, "Cache-Control": "no-cache"})
+    return HTMLResponse(
+        client_page(), headers={"Content-Security-Policy": PAGE_POLICY, "Cache-Control": "no-cache"}
+    )
 
 
 @viser_proxy.websocket("/{name}")
 async def forward_viser(socket: WebSocket, services: ServicesDep, name: str) -> None:
     """Forward bytes both ways and the subprotocol's name; nothing is read or stored."""
-    offered = [Subprotocol(one) for one in socket.scope.get("subprotocols") or () if one.startswith(VISER_PROTOCOL)]
+    offered = [
+        Subprotocol(one)
+        for one in socket.scope.get("subprotocols") or ()
+        if one.startswith(VISER_PROTOCOL)
+    ]
     try:
         scene = services.part(SceneState).open.get(name)
-        inner = await connect(f"ws://127.0.0.1:{scene.port}/", subprotocols=offered or None, proxy=None,
-                              additional_headers={messages.KEY_HEADER: scene.key}, max_size=None, compression=None,
-                              open_timeout=OPEN_S)
+        inner = await connect(
+            f"ws://127.0.0.1:{scene.port}/",
+            subprotocols=offered or None,
+            proxy=None,
+            additional_headers={messages.KEY_HEADER: scene.key},
+            max_size=None,
+            compression=None,
+            open_timeout=OPEN_S,
+        )
     except (NotFound, OSError, TimeoutError, WebSocketException):
         await socket.close(1008)  # before it was accepted: 403
         return

@@ -1,7 +1,7 @@
 """One calibration with everything that a scene can show of it, or why not; and a place on the carpet in all of them.
 
-    camera = SceneCamera.of("north", "North", calibration)
-    camera.frustum.height_mm, camera.ray_hits.points, describe_place((0.0, 500.0), [camera])
+camera = SceneCamera.of("north", "North", calibration)
+camera.frustum.height_mm, camera.ray_hits.points, describe_place((0.0, 500.0), [camera])
 """
 
 from collections.abc import Sequence
@@ -44,18 +44,31 @@ class RayHits:
     outlier: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, model: CameraModel, observations: Observations, field: Field, region: Region,
-           outliers: Sequence[NDArray[np.bool_]]) -> Self:
+    def of(
+        cls,
+        model: CameraModel,
+        observations: Observations,
+        field: Field,
+        region: Region,
+        outliers: Sequence[NDArray[np.bool_]],
+    ) -> Self:
         """Return where the model puts the observed points. outliers: of each observation, by its points."""
         hits = [cls(np.empty((0, 3)), np.empty((0, 3)), np.empty(0, bool))]
         for observation, outlier in zip(observations, outliers, strict=True):
             found = feature_residuals(model, observation, field, region)
-            reached = np.isfinite(found.place_mm).all(axis=1) & np.isfinite(found.to_place_mm).all(axis=1)
-            points = np.column_stack([found.place_mm, np.full(len(found.place_mm), observation.z_mm)])
+            reached = np.isfinite(found.place_mm).all(axis=1) & np.isfinite(found.to_place_mm).all(
+                axis=1
+            )
+            points = np.column_stack(
+                [found.place_mm, np.full(len(found.place_mm), observation.z_mm)]
+            )
             residuals = np.column_stack([found.to_place_mm, np.zeros(len(found.place_mm))])
             hits.append(cls(points[reached], residuals[reached], outlier[reached]))
-        return cls(np.concatenate([hit.points for hit in hits]), np.concatenate([hit.residuals for hit in hits]),
-                   np.concatenate([hit.outlier for hit in hits]))
+        return cls(
+            np.concatenate([hit.points for hit in hits]),
+            np.concatenate([hit.residuals for hit in hits]),
+            np.concatenate([hit.outlier for hit in hits]),
+        )
 
     def rays_from(self, position_mm: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return rays (n, 2, 3) from the camera to each point."""
@@ -80,8 +93,14 @@ class PoseChange:
     turn_deg: float | None
 
     @classmethod
-    def between(cls, older: CameraModel, newer: CameraModel, region: Region, before: Frustum | None,
-                now: Frustum | None) -> Self:
+    def between(
+        cls,
+        older: CameraModel,
+        newer: CameraModel,
+        region: Region,
+        before: Frustum | None,
+        now: Frustum | None,
+    ) -> Self:
         """Return how the picture of the region moves from one version to the next. before, now: the frustum of each."""
         places = grid_over(region, *CHANGE_GRID).reshape(-1, 2)
         # the pixel of the older one, by the newer one
@@ -96,8 +115,13 @@ class PoseChange:
             rotation = now.field_from_camera @ before.field_from_camera.T
             cosine = (np.trace(rotation) - 1) / 2  # of the angle of a rotation matrix
             turn = float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-        return cls(arrows, float(np.nanmedian(mm)) if known else None, float(np.nanmax(mm)) if known else None,
-                   shift, turn)
+        return cls(
+            arrows,
+            float(np.nanmedian(mm)) if known else None,
+            float(np.nanmax(mm)) if known else None,
+            shift,
+            turn,
+        )
 
     def scaled(self, scale: float) -> NDArray[np.float64]:
         """Return the arrows (n, 2, 3) enlarged by scale."""
@@ -105,8 +129,12 @@ class PoseChange:
         return np.stack([start, start + scale * (end - start)], axis=1)
 
     def to_json(self) -> JsonObject:
-        return {"median_mm": self.median_mm, "max_mm": self.max_mm, "turn_deg": self.turn_deg,
-                "shift_mm": None if self.shift_mm is None else self.shift_mm.tolist()}
+        return {
+            "median_mm": self.median_mm,
+            "max_mm": self.max_mm,
+            "turn_deg": self.turn_deg,
+            "shift_mm": None if self.shift_mm is None else self.shift_mm.tolist(),
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +150,9 @@ class SceneCamera:
     before: Self | None = None
 
     @classmethod
-    def of(cls, key: str, title: str, calibration: Calibration, before: Calibration | None = None) -> Self:
+    def of(
+        cls, key: str, title: str, calibration: Calibration, before: Calibration | None = None
+    ) -> Self:
         """Restore the calibration, and the older one. Errors as Restored.of."""
         older = cls.of(f"{key}-before", title, before) if before is not None else None
         return cls(key, title, calibration, *Restored.of(calibration), older)
@@ -150,14 +180,20 @@ class SceneCamera:
 
     @cached_property
     def hat_error(self) -> ErrorSurface | TouchlineError:
-        return error_surface(self.model, self.calibration.covariance, self.region, self.field.hat_height_mm)
+        return error_surface(
+            self.model, self.calibration.covariance, self.region, self.field.hat_height_mm
+        )
 
     @property
     def arrow_scale(self) -> float:
         """The scale at which the median arrow is VISIBLE_MM long."""
         lengths = [np.linalg.norm(self.ray_hits.residuals[~self.ray_hits.outlier], axis=1)]
         if self.pose_change is not None:
-            lengths.append(np.linalg.norm(self.pose_change.arrows[:, 1] - self.pose_change.arrows[:, 0], axis=1))
+            lengths.append(
+                np.linalg.norm(
+                    self.pose_change.arrows[:, 1] - self.pose_change.arrows[:, 0], axis=1
+                )
+            )
         medians = [float(np.median(part)) for part in lengths if len(part)]
         longest = max(medians, default=1.0)
         return float(np.clip(VISIBLE_MM / longest, *SCALES)) if longest > 0 else SCALES[1]
@@ -175,21 +211,39 @@ class SceneCamera:
         why_no_frustum, why_cropped = None, None
         if frustum is None:
             why_no_frustum = say(
-                "scene.no-frustum", "{model}: this model straightens the borders and does not describe a physical "
+                "scene.no-frustum",
+                "{model}: this model straightens the borders and does not describe a physical "
                 "camera. It has no frustum and no height; its corrected image is shown on the field instead.",
-                model=self.model.TITLE)
+                model=self.model.TITLE,
+            )
         elif not frustum.complete:
-            why_cropped = say("scene.cropped", "The image is wider than a frustum can show: only the middle {deg:g}° "
-                              "are shown.", deg=MAX_FOV_DEG)
-        return stated({
-            "key": self.key, "title": self.title, "version": self.calibration.version,
-            "calibration": self.calibration.id, "snapshot": self.calibration.snapshot,
-            "camera": self.calibration.camera, "model": self.model.TITLE,
-            "height_mm": frustum.height_mm if frustum else None, "tilt_deg": frustum.tilt_deg if frustum else None,
-            "why_no_frustum": why_no_frustum, "why_not_whole": why_cropped,
-            "points": len(self.ray_hits.points), "moved": self.pose_change.to_json() if self.pose_change else None,
-            "sheet": {"carpet": _surface_json(carpet), "hat": _surface_json(hat),
-                      "hat_mm": self.field.hat_height_mm}})
+            why_cropped = say(
+                "scene.cropped",
+                "The image is wider than a frustum can show: only the middle {deg:g}° are shown.",
+                deg=MAX_FOV_DEG,
+            )
+        return stated(
+            {
+                "key": self.key,
+                "title": self.title,
+                "version": self.calibration.version,
+                "calibration": self.calibration.id,
+                "snapshot": self.calibration.snapshot,
+                "camera": self.calibration.camera,
+                "model": self.model.TITLE,
+                "height_mm": frustum.height_mm if frustum else None,
+                "tilt_deg": frustum.tilt_deg if frustum else None,
+                "why_no_frustum": why_no_frustum,
+                "why_not_whole": why_cropped,
+                "points": len(self.ray_hits.points),
+                "moved": self.pose_change.to_json() if self.pose_change else None,
+                "sheet": {
+                    "carpet": _surface_json(carpet),
+                    "hat": _surface_json(hat),
+                    "hat_mm": self.field.hat_height_mm,
+                },
+            }
+        )
 
 
 def _surface_json(surface: ErrorSurface | TouchlineError) -> JsonObject:
@@ -214,18 +268,30 @@ def describe_place(place_mm: ArrayLike, cameras: Sequence[SceneCamera]) -> JsonO
     null for what a camera does not see or a model does not know.
     """
     place = np.asarray(place_mm, np.float64)
-    return {"place_mm": place.tolist(), "cameras": [_describe_in_camera(place, camera) for camera in cameras]}
+    return {
+        "place_mm": place.tolist(),
+        "cameras": [_describe_in_camera(place, camera) for camera in cameras],
+    }
 
 
 def _describe_in_camera(place: Points, camera: SceneCamera) -> JsonObject:
     pixel, hat_mm = raw_from_field(camera.model, place), camera.field.hat_height_mm
-    hat_pixel = camera.frustum.model.project(np.array([*place, hat_mm])) if camera.frustum else np.full(2, np.nan)
-    return {"key": camera.key, "title": camera.title, "calibration": camera.calibration.id,
-            "snapshot": camera.calibration.snapshot, "pixel": pixel.tolist() if np.isfinite(pixel).all() else None,
-            "inside": bool(inside_picture(pixel, camera.model.image_size)),
-            "hat_pixel": hat_pixel.tolist() if np.isfinite(hat_pixel).all() else None,
-            "sigma_mm": _expected_error_mm(camera, place, 0.0),
-            "hat_sigma_mm": _expected_error_mm(camera, place, hat_mm)}
+    hat_pixel = (
+        camera.frustum.model.project(np.array([*place, hat_mm]))
+        if camera.frustum
+        else np.full(2, np.nan)
+    )
+    return {
+        "key": camera.key,
+        "title": camera.title,
+        "calibration": camera.calibration.id,
+        "snapshot": camera.calibration.snapshot,
+        "pixel": pixel.tolist() if np.isfinite(pixel).all() else None,
+        "inside": bool(inside_picture(pixel, camera.model.image_size)),
+        "hat_pixel": hat_pixel.tolist() if np.isfinite(hat_pixel).all() else None,
+        "sigma_mm": _expected_error_mm(camera, place, 0.0),
+        "hat_sigma_mm": _expected_error_mm(camera, place, hat_mm),
+    }
 
 
 def _expected_error_mm(camera: SceneCamera, place: Points, z_mm: float) -> float | None:
@@ -235,6 +301,10 @@ def _expected_error_mm(camera: SceneCamera, place: Points, z_mm: float) -> float
         return None
     try:
         fit, stand_in = fit_from_json(covariance, model)
-        return float(expected_error(fit, camera.region, z_mm, place.reshape(1, 1, 2), stand_in=stand_in).sigma_mm[0, 0])
+        return float(
+            expected_error(
+                fit, camera.region, z_mm, place.reshape(1, 1, 2), stand_in=stand_in
+            ).sigma_mm[0, 0]
+        )
     except TouchlineError:  # the model does not see the place, or its covariance is another's
         return None

@@ -33,13 +33,17 @@ ANSWER_S = 60.0
 PICTURE_PX = 960  # width of the picture that was calibrated
 # viser's page without its panel and notices, since our own page has the controls: the panel lets a viewer enter another
 # server's address, and both cover the scene.
-STYLE = ("<style>[data-floating-window],[data-dock-edge],.mantine-Notifications-root{display:none!important}"
-         "</style>")
+STYLE = (
+    "<style>[data-floating-window],[data-dock-edge],.mantine-Notifications-root{display:none!important}"
+    "</style>"
+)
 # It unpacks itself, which takes inline scripts and WebAssembly; its decoders take eval. Our own pages' policy stays as
 # tight as it is (api/middleware).
-EXPORT_POLICY = ("default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; style-src 'unsafe-inline'; "
-                 "img-src blob: data:; font-src data:; worker-src blob: data:; base-uri 'none'; form-action 'none'; "
-                 "connect-src blob: data:")  # a saved file talks to nobody
+EXPORT_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; style-src 'unsafe-inline'; "
+    "img-src blob: data:; font-src data:; worker-src blob: data:; base-uri 'none'; form-action 'none'; "
+    "connect-src blob: data:"
+)  # a saved file talks to nobody
 # behind our own port, to that port alone
 PAGE_POLICY = f"{EXPORT_POLICY} 'self'; frame-ancestors 'self'"
 OnClick = Callable[[JsonObject], None]
@@ -62,8 +66,11 @@ class SceneProcess(AsyncProcess):
 
     PROGRAM = Program("touchline.scene.live:main", MEMORY_BYTES, NICE)
     START_S = 45.0  # importing viser takes 1 s, on a busy small machine many
-    CANNOT_START = NOT_READY = ("The 3-D scene cannot be started.",
-                                "Free some memory, then open the scene again.", "scene-process")
+    CANNOT_START = NOT_READY = (
+        "The 3-D scene cannot be started.",
+        "Free some memory, then open the scene again.",
+        "scene-process",
+    )
     SILENT = "The scene is not responding.", "Open it again.", "scene-silent"
     ENDED = "The 3-D scene has ended.", "Open the scene again.", "scene-gone"
     key: str
@@ -121,11 +128,20 @@ class SceneRegistry:
         self._count = 0  # also those that are starting or ending
 
     @asynccontextmanager
-    async def scene(self, on_click: OnClick = lambda _click: None) -> AsyncIterator[tuple[str, SceneProcess]]:
+    async def scene(
+        self, on_click: OnClick = lambda _click: None
+    ) -> AsyncIterator[tuple[str, SceneProcess]]:
         """Yield a scene of one's own and its name in an address; Busy, Unavailable."""
         if self._count >= MAX_SCENES:
-            raise Busy(say("scene.too-many", "{scenes} scenes are open, which is the maximum.", scenes=MAX_SCENES),
-                       say("scene.close-one", "Close one in another tab."), reason="too-many-scenes")
+            raise Busy(
+                say(
+                    "scene.too-many",
+                    "{scenes} scenes are open, which is the maximum.",
+                    scenes=MAX_SCENES,
+                ),
+                say("scene.close-one", "Close one in another tab."),
+                reason="too-many-scenes",
+            )
         self._count += 1
         try:
             process = await SceneProcess.open(on_click)
@@ -144,8 +160,11 @@ class SceneRegistry:
         try:
             return self._open[name]
         except KeyError:
-            raise NotFound(say("scene.not-open", "This scene is no longer open."),
-                           say("scene.open-from-page", "Open it from the page."), reason="unknown-scene") from None
+            raise NotFound(
+                say("scene.not-open", "This scene is no longer open."),
+                say("scene.open-from-page", "Open it from the page."),
+                reason="unknown-scene",
+            ) from None
 
     async def aclose(self) -> None:
         """End all processes."""
@@ -162,8 +181,13 @@ class SceneContent:
     missing: list[JsonObject]
 
 
-def scene_content(services: Services, calibrations: Sequence[str] | None = None, rig: str | None = None,
-                  lens: str | None = None, before: str | None = None) -> SceneContent:
+def scene_content(
+    services: Services,
+    calibrations: Sequence[str] | None = None,
+    rig: str | None = None,
+    lens: str | None = None,
+    before: str | None = None,
+) -> SceneContent:
     """Read everything that a scene shows; NotFound for what does not exist."""
     store = services.store
     if lens is not None:
@@ -174,18 +198,38 @@ def scene_content(services: Services, calibrations: Sequence[str] | None = None,
     else:
         shown = [store.calibrations.get(id) for id in dict.fromkeys(calibrations or ())]
     if not shown:
-        raise BadInput(say("scene.nothing", "There is nothing to show."),
-                       say("scene.select", "Select calibrations, a rig or a lens."), reason="nothing-to-show")
+        raise BadInput(
+            say("scene.nothing", "There is nothing to show."),
+            say("scene.select", "Select calibrations, a rig or a lens."),
+            reason="nothing-to-show",
+        )
     older = store.calibrations.get(before) if before is not None else None
-    if older is not None and (len(shown) > 1 or older.camera != shown[0].camera
-                              or older.image_size != shown[0].image_size):
-        raise Conflict(say("scene.versions-differ", "The two versions are not for the same camera and image size."),
-                       say("scene.older-version", "Choose an older version of the same camera."),
-                       reason="size-mismatch")
-    return SceneContent({"cameras": [
-        {"key": one.id, "title": title_of(services, one), "calibration": one.to_json(),
-         "before": older.to_json() if older is not None else None} for one in shown]},
-        {one.id: one for one in shown}, missing)
+    if older is not None and (
+        len(shown) > 1 or older.camera != shown[0].camera or older.image_size != shown[0].image_size
+    ):
+        raise Conflict(
+            say(
+                "scene.versions-differ",
+                "The two versions are not for the same camera and image size.",
+            ),
+            say("scene.older-version", "Choose an older version of the same camera."),
+            reason="size-mismatch",
+        )
+    return SceneContent(
+        {
+            "cameras": [
+                {
+                    "key": one.id,
+                    "title": title_of(services, one),
+                    "calibration": one.to_json(),
+                    "before": older.to_json() if older is not None else None,
+                }
+                for one in shown
+            ]
+        },
+        {one.id: one for one in shown},
+        missing,
+    )
 
 
 def _calibrated_cameras(services: Services, rig: str) -> tuple[list[Calibration], list[JsonObject]]:
@@ -195,14 +239,23 @@ def _calibrated_cameras(services: Services, rig: str) -> tuple[list[Calibration]
         active = services.store.calibrations.active(camera["camera"])
         if active is None:
             title = services.cameras.title(camera["camera"])
-            missing.append(stated({"camera": camera["camera"], "text": camera_not_calibrated(title),
-                                   "fix": CALIBRATE_AND_ACTIVATE}))
+            missing.append(
+                stated(
+                    {
+                        "camera": camera["camera"],
+                        "text": camera_not_calibrated(title),
+                        "fix": CALIBRATE_AND_ACTIVATE,
+                    }
+                )
+            )
         else:
             shown.append(active)
     if not shown:
-        raise Conflict(say("rig.none-calibrated", "No camera of this rig is calibrated."),
-                       say("rig.calibrate-one", "Calibrate a camera and activate the version."),
-                       reason="not-calibrated")
+        raise Conflict(
+            say("rig.none-calibrated", "No camera of this rig is calibrated."),
+            say("rig.calibrate-one", "Calibrate a camera and activate the version."),
+            reason="not-calibrated",
+        )
     return shown, missing
 
 
@@ -219,7 +272,11 @@ def calibration_jpeg(services: Services, calibration: Calibration) -> bytes | No
         frame = services.frame(calibration.snapshot)
     except TouchlineError:
         return None
-    return encode(shrink_to_width(frame.pixels, PICTURE_PX), "jpg") if frame.size == calibration.image_size else None
+    return (
+        encode(shrink_to_width(frame.pixels, PICTURE_PX), "jpg")
+        if frame.size == calibration.image_size
+        else None
+    )
 
 
 @cache
@@ -231,8 +288,11 @@ def client_page() -> bytes:
 
 def whole_page(html: str, title: str) -> str:
     """Add the policy of a saved file, a title and our style to viser's page with a scene in it."""
-    return _with_style(html, f'<meta http-equiv="Content-Security-Policy" content="{EXPORT_POLICY}">'
-                             f"<title>{escape(title)}</title>")
+    return _with_style(
+        html,
+        f'<meta http-equiv="Content-Security-Policy" content="{EXPORT_POLICY}">'
+        f"<title>{escape(title)}</title>",
+    )
 
 
 def _with_style(html: str, more: str = "") -> str:

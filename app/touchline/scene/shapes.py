@@ -35,8 +35,12 @@ class Mesh:
     def joined(cls, parts: list[Self]) -> Self:
         """Return all parts as one mesh."""
         before = np.cumsum([0, *(len(part.vertices) for part in parts)])
-        return cls(np.concatenate([part.vertices for part in parts]),
-                   np.concatenate([part.faces + start for part, start in zip(parts, before, strict=False)]))
+        return cls(
+            np.concatenate([part.vertices for part in parts]),
+            np.concatenate(
+                [part.faces + start for part, start in zip(parts, before, strict=False)]
+            ),
+        )
 
 
 def carpet(field: Field) -> Mesh:
@@ -44,14 +48,19 @@ def carpet(field: Field) -> Mesh:
     around = field.extras.get("boundary", {})
     x = field.length_mm / 2 + around.get("goal_mm", 0.0)
     y = field.width_mm / 2 + around.get("touch_mm", 0.0)
-    return Mesh(np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]]))
+    return Mesh(
+        np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]]),
+        np.array([[0, 1, 2], [0, 2, 3]]),
+    )
 
 
 def paint(field: Field) -> Mesh:
     """Return every line and arc in its true width."""
     shapes: list[Line | Arc] = [*field.lines.values(), *field.arcs.values()]
-    return Mesh.joined([_ribbon(_points(one), one.width_mm) for one in shapes]
-                       or [Mesh(np.empty((0, 3)), np.empty((0, 3), int))])
+    return Mesh.joined(
+        [_ribbon(_points(one), one.width_mm) for one in shapes]
+        or [Mesh(np.empty((0, 3)), np.empty((0, 3), int))]
+    )
 
 
 def _points(shape: Line | Arc) -> NDArray[np.float64]:
@@ -109,13 +118,17 @@ class TexturedQuad:
         """Return the rectangle with these top-left, top-right and bottom-left corners (3, 2) mm."""
         across, along = corners[1] - corners[0], corners[2] - corners[0]
         width, height = float(np.linalg.norm(across)), float(np.linalg.norm(along))
-        return cls(corners[0] + (across + along) / 2, width, height, across / width, along / height, z_mm)
+        return cls(
+            corners[0] + (across + along) / 2, width, height, across / width, along / height, z_mm
+        )
 
     @classmethod
     def over(cls, region: Region, z_mm: float = 0.0) -> Self:
         """Return the whole region, as it stands in the corrected picture."""
         w, h = region.width_mm, region.height_mm
-        return cls.through(region.field_from_region(np.array([[0.0, 0.0], [w, 0.0], [0.0, h]])), z_mm)
+        return cls.through(
+            region.field_from_region(np.array([[0.0, 0.0], [w, 0.0], [0.0, h]])), z_mm
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +154,9 @@ class ErrorSurface:
         return picture
 
 
-def error_surface(model: CameraModel, covariance: Any, region: Region, z_mm: float) -> ErrorSurface | TouchlineError:
+def error_surface(
+    model: CameraModel, covariance: Any, region: Region, z_mm: float
+) -> ErrorSurface | TouchlineError:
     """Compute the surface, or return why there is none."""
     try:
         found = uncertainty(model, covariance, region, z_mm)

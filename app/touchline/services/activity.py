@@ -87,7 +87,10 @@ class CameraEvents:
 
     def note(self, statuses: Mapping[str, CameraStatus]) -> None:
         """Note what has changed since the last call. statuses: of every camera that runs; others are forgotten."""
-        self._known = {id: self._compare(id, self._known.get(id, _Known()), status) for id, status in statuses.items()}
+        self._known = {
+            id: self._compare(id, self._known.get(id, _Known()), status)
+            for id, status in statuses.items()
+        }
 
     async def _follow(self, live: LiveCameras) -> None:
         loop = asyncio.get_running_loop()
@@ -111,7 +114,12 @@ class CameraEvents:
             known = replace(known, calibration=drift["calibration"], alarm=None)
         alarm = drift["state"] if drift["alarm"] else None
         if alarm is not None and alarm != known.alarm:
-            self._add(id, "moved", ALARMS[alarm], format_mm(drift["mm"] or 0.0) if alarm == "knocked" else "")
+            self._add(
+                id,
+                "moved",
+                ALARMS[alarm],
+                format_mm(drift["mm"] or 0.0) if alarm == "knocked" else "",
+            )
         elif alarm is None and known.alarm is not None:
             if drift["state"] != "steady":  # whoever covers the lines does not put the camera back
                 return known
@@ -119,32 +127,70 @@ class CameraEvents:
         return replace(known, alarm=alarm)
 
     def _add(self, camera: str, kind: Kind, said: tuple[str, str], distance: str = "") -> None:
-        self.noted = (_Event(monotonic(), timestamp(utc_now), kind, camera, said, distance), *self.noted)[:MAX_NOTED]
+        self.noted = (
+            _Event(monotonic(), timestamp(utc_now), kind, camera, said, distance),
+            *self.noted,
+        )[:MAX_NOTED]
 
 
-def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraService, limit: int) -> list[dict[str, Any]]:
+def newest_events(
+    noted: tuple[_Event, ...], store: Store, cameras: CameraService, limit: int
+) -> list[dict[str, Any]]:
     """Return the newest activations and what cameras did, as plain JSON, newest first, even if the clock was set."""
     titles = {camera.id: camera.title for camera in cameras.all()}
 
     def title(camera: str | None) -> str:
         return FROM_FILES if camera is None else titles.get(camera, camera)
 
-    activated = [(row["moment"], {"at": row["at"], "kind": "activated", "camera": row["camera"],
-                                  "version": row["version"], "by": row["by"] or None, "despite": row["despite"],
-                                  "text": _activated(row["version"], title(row["camera"]), len(row["despite"]))})
-                 for row in store.calibrations.activations(limit)]
+    activated = [
+        (
+            row["moment"],
+            {
+                "at": row["at"],
+                "kind": "activated",
+                "camera": row["camera"],
+                "version": row["version"],
+                "by": row["by"] or None,
+                "despite": row["despite"],
+                "text": _activated(row["version"], title(row["camera"]), len(row["despite"])),
+            },
+        )
+        for row in store.calibrations.activations(limit)
+    ]
     did: list[tuple[float, dict[str, Any]]] = [
-        (event.moment, {"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
-                        "despite": [], "text": event.text(title(event.camera))}) for event in noted[:limit]]
+        (
+            event.moment,
+            {
+                "at": event.at,
+                "kind": event.kind,
+                "camera": event.camera,
+                "version": None,
+                "by": None,
+                "despite": [],
+                "text": event.text(title(event.camera)),
+            },
+        )
+        for event in noted[:limit]
+    ]
     newest_first = heapq.merge(activated, did, key=itemgetter(0), reverse=True)
     return [stated(event) for _, event in islice(newest_first, limit)]
 
 
 def _activated(version: int, camera: str, problems: int) -> Sentence:
     if not problems:
-        return say("event.activated", "Version {version} of {camera} was activated.", version=version, camera=camera)
-    return say("event.activated-despite", "Version {version} of {camera} was activated. Known problems: {problems}.",
-               version=version, camera=camera, problems=problems)
+        return say(
+            "event.activated",
+            "Version {version} of {camera} was activated.",
+            version=version,
+            camera=camera,
+        )
+    return say(
+        "event.activated-despite",
+        "Version {version} of {camera} was activated. Known problems: {problems}.",
+        version=version,
+        camera=camera,
+        problems=problems,
+    )
 
 
 class Presence:
@@ -180,7 +226,9 @@ class Presence:
     def state_for(self, snapshot: str, number: int) -> dict[str, Any]:
         """Return who else is there, in order of arrival, and the draft that was saved last meanwhile."""
         with self._lock:
-            others = [name for other, name in self._here.get(snapshot, {}).items() if other != number]
+            others = [
+                name for other, name in self._here.get(snapshot, {}).items() if other != number
+            ]
             etag, by = self._saved.get(snapshot, (None, None))
         return {"others": others, "etag": etag, "by": by}
 

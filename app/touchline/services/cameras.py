@@ -27,7 +27,9 @@ TEST_S = 15.0  # a camera that is tried out gets so long to show a picture
 class CameraService:
     """Cameras by id. Calls of the store block: make them from a thread where the event loop must not wait."""
 
-    def __init__(self, settings: Settings, store: Store, fields: FieldRepository, limits: ImageLimits) -> None:
+    def __init__(
+        self, settings: Settings, store: Store, fields: FieldRepository, limits: ImageLimits
+    ) -> None:
         self._settings = settings
         self._store = store
         self._fields = fields
@@ -49,10 +51,15 @@ class CameraService:
         try:
             return _read(id, self._store.cameras.get(id).body)
         except NotFound:
-            known = ", ".join(camera.id for camera in self.all()) or "none: add one with POST /api/v1/cameras"
-            raise NotFound(say("camera.unknown", "There is no camera called {id!r}.", id=id),
-                           say("camera.known", "Known cameras: {cameras}.", cameras=known),
-                           reason="unknown-camera") from None
+            known = (
+                ", ".join(camera.id for camera in self.all())
+                or "none: add one with POST /api/v1/cameras"
+            )
+            raise NotFound(
+                say("camera.unknown", "There is no camera called {id!r}.", id=id),
+                say("camera.known", "Known cameras: {cameras}.", cameras=known),
+                reason="unknown-camera",
+            ) from None
 
     def title(self, id: str) -> str:
         """Return the camera's name for operators; its id where it was removed or never was here."""
@@ -74,21 +81,39 @@ class CameraService:
         rows = {row.name: row for row in self._store.cameras.all()}
         cameras = self._with_added(rows.values())
         active = self._store.calibrations.active_of([camera.id for camera in cameras])
-        return [self._json(camera, None if self._from_settings(camera.id) else rows[camera.id], active.get(camera.id))
-                for camera in cameras]
+        return [
+            self._json(
+                camera,
+                None if self._from_settings(camera.id) else rows[camera.id],
+                active.get(camera.id),
+            )
+            for camera in cameras
+        ]
 
-    def _json(self, camera: CameraSettings, row: Document | None, active: Calibration | None) -> dict[str, Any]:
-        return {"id": camera.id, "name": camera.title, "field": camera.field, "region": camera.region,
-                "source": without_password(camera.source), "editable": row is not None,
-                "active_calibration": active.id if active else None,
-                "active": self._summary(active) if active else None,
-                "updated_at": row.updated_at if row else None, "updated_by": row.updated_by if row else None}
+    def _json(
+        self, camera: CameraSettings, row: Document | None, active: Calibration | None
+    ) -> dict[str, Any]:
+        return {
+            "id": camera.id,
+            "name": camera.title,
+            "field": camera.field,
+            "region": camera.region,
+            "source": without_password(camera.source),
+            "editable": row is not None,
+            "active_calibration": active.id if active else None,
+            "active": self._summary(active) if active else None,
+            "updated_at": row.updated_at if row else None,
+            "updated_by": row.updated_by if row else None,
+        }
 
     def add(self, camera: CameraSettings, by: str) -> CameraSettings:
         """Save a new camera; its address is checked, not whether it answers."""
         if self._from_settings(camera.id):
-            raise Conflict(say("camera.exists", "There is already a camera called {id!r}.", id=camera.id),
-                           say("camera.another-id", "Choose another id."), reason="camera-exists")
+            raise Conflict(
+                say("camera.exists", "There is already a camera called {id!r}.", id=camera.id),
+                say("camera.another-id", "Choose another id."),
+                reason="camera-exists",
+            )
         with self._store.references:
             self._check(camera)
             self._store.cameras.add(camera.id, camera.model_dump(exclude={"id"}), by)
@@ -126,7 +151,9 @@ class CameraService:
 
     def active_calibrations(self) -> list[Calibration]:
         """Return the active versions of the cameras that have one, in their order."""
-        return list(self._store.calibrations.active_of([camera.id for camera in self.all()]).values())
+        return list(
+            self._store.calibrations.active_of([camera.id for camera in self.all()]).values()
+        )
 
     def active_calibration(self, id: str) -> tuple[Calibration | None, Identity | None]:
         """Return a camera's active calibration, and for which device it was made or confirmed."""
@@ -151,22 +178,37 @@ class CameraService:
         self._store.identities.confirm(calibration.id, asdict(identity), by)
 
     def _process_spec(self, source: str) -> dict[str, Any]:
-        return {"source": source, "fields": {name: self._fields[name].to_json() for name in self._fields},
-                "pictures": str(self._settings.shown_pictures), "hosts": list(self._settings.sources.allowed_hosts),
-                "limits": asdict(self._limits)}
+        return {
+            "source": source,
+            "fields": {name: self._fields[name].to_json() for name in self._fields},
+            "pictures": str(self._settings.shown_pictures),
+            "hosts": list(self._settings.sources.allowed_hosts),
+            "limits": asdict(self._limits),
+        }
 
     def field_changes(self, calibration: Calibration) -> list[str]:
         """Name what of its field lies elsewhere than when the calibration was made; nothing where the field is gone."""
         name = calibration.field["name"]
-        return list(calibration.field_changes(self._fields[name].to_json())) if name in self._fields else []
+        return (
+            list(calibration.field_changes(self._fields[name].to_json()))
+            if name in self._fields
+            else []
+        )
 
     def _summary(self, calibration: Calibration) -> dict[str, Any]:
         """Return what a list of cameras shows of a version; an imported one may have no verdict."""
-        return {"id": calibration.id, "version": calibration.version, "model": calibration.model_name,
-                "created_at": calibration.created_at, "verdict": calibration.report.get("verdict") or {},
-                "field": calibration.field["name"], "region": calibration.region, "rotate": calibration.rotate,
-                "field_changes": self.field_changes(calibration),
-                **expected_figures(calibration.report)}
+        return {
+            "id": calibration.id,
+            "version": calibration.version,
+            "model": calibration.model_name,
+            "created_at": calibration.created_at,
+            "verdict": calibration.report.get("verdict") or {},
+            "field": calibration.field["name"],
+            "region": calibration.region,
+            "rotate": calibration.rotate,
+            "field_changes": self.field_changes(calibration),
+            **expected_figures(calibration.report),
+        }
 
     def _check(self, camera: CameraSettings) -> None:
         """Refuse what can be known to be wrong without opening it: address, source kind, options, field, region."""
@@ -182,15 +224,27 @@ class CameraService:
 
     def _refuse_settings(self, id: str) -> None:
         if self._from_settings(id):
-            raise Conflict(say("camera.in-settings", "The camera {id!r} is defined in the settings file.", id=id),
-                           say("camera.edit-settings", "Edit the file and restart the server."),
-                           reason="camera-in-settings")
+            raise Conflict(
+                say(
+                    "camera.in-settings",
+                    "The camera {id!r} is defined in the settings file.",
+                    id=id,
+                ),
+                say("camera.edit-settings", "Edit the file and restart the server."),
+                reason="camera-in-settings",
+            )
 
 
 def _read(id: str, body: Mapping[str, Any]) -> CameraSettings:
     try:
         return CameraSettings(id=id, **body)
     except ValidationError:
-        raise Conflict(say("camera.bad-definition", "The saved definition of the camera {id!r} is not valid.", id=id),
-                       say("camera.delete-and-add", "Delete the camera and add it again."),
-                       reason="camera-definition") from None
+        raise Conflict(
+            say(
+                "camera.bad-definition",
+                "The saved definition of the camera {id!r} is not valid.",
+                id=id,
+            ),
+            say("camera.delete-and-add", "Delete the camera and add it again."),
+            reason="camera-definition",
+        ) from None

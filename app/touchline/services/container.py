@@ -68,9 +68,23 @@ class Services:
     _large: CapacityLimiter
     _quick: CapacityLimiter
 
-    def __init__(self, settings: Settings, store: Store, jobs: JobEngine, fits: FitProcesses,
-                 comparisons: FitProcesses, limits: ImageLimits, serves: bool = True) -> None:
-        self.settings, self.store, self.jobs, self.fits, self.comparisons = settings, store, jobs, fits, comparisons
+    def __init__(
+        self,
+        settings: Settings,
+        store: Store,
+        jobs: JobEngine,
+        fits: FitProcesses,
+        comparisons: FitProcesses,
+        limits: ImageLimits,
+        serves: bool = True,
+    ) -> None:
+        self.settings, self.store, self.jobs, self.fits, self.comparisons = (
+            settings,
+            store,
+            jobs,
+            fits,
+            comparisons,
+        )
         self.started_s = time.monotonic()
         remove_temporary_files(settings.own_fields)
         self.fields = FieldRepository(settings.own_fields, store.failures)
@@ -81,7 +95,9 @@ class Services:
         self.models: LruCache[str, CameraModel] = LruCache(MAX_MODELS)
         self.claims_kept: LruCache[tuple[str, ...], Sequence[Claim]] = LruCache(MAX_CLAIMS_KEPT)
         self._prints: LruCache[str, tuple[PicturePrint | None]] = LruCache(MAX_PRINTS_KEPT)
-        self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
+        self._frames: LruCache[str, Frame] = LruCache(
+            MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes
+        )
         self._limits, self._serves = limits, serves
         self._parts: dict[type, Any] = {}
         self._parts_lock = threading.RLock()  # a part may ask for another while it is made
@@ -96,8 +112,12 @@ class Services:
             self.jobs.open(self.store.jobs, resume=self._serves)
             feeds = {part: partial(feed, self) for part, feed in camera_feeds().items()}
             live = start_live_cameras(self.cameras, feeds, wake=self._serves)
-            async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
-                        self._closing_parts()):
+            async with (
+                self.fits.running(),
+                self.comparisons.running(),
+                aclosing(live) as self.live,
+                self._closing_parts(),
+            ):
                 self.running_parts = [*self._started_parts()]
                 async with self.events.following(live):
                     yield
@@ -142,19 +162,36 @@ class Services:
     def frame(self, snapshot: str) -> Frame:
         """Return a snapshot decoded; NotFound."""
         return self._frames.get_or_make(
-            snapshot, lambda: self.decoder.frame_from_bytes(self.store.snapshots.picture(snapshot)))
+            snapshot, lambda: self.decoder.frame_from_bytes(self.store.snapshots.picture(snapshot))
+        )
 
     def picture_print(self, snapshot: str | None) -> PicturePrint | None:
         """Return what a snapshot tells of which camera it is; None where there is none, or nothing in it."""
+
         def made(of: str) -> tuple[PicturePrint | None]:
             try:
-                return (PicturePrint.of(self.decoder.frame_from_bytes(self.store.snapshots.picture(of)).pixels),)
+                return (
+                    PicturePrint.of(
+                        self.decoder.frame_from_bytes(self.store.snapshots.picture(of)).pixels
+                    ),
+                )
             except TouchlineError:  # it was deleted, or is damaged
                 return (None,)
-        return None if snapshot is None else self._prints.get_or_make(snapshot, partial(made, snapshot))[0]
 
-    async def take_snapshot(self, camera: str, is_abandoned: IsAbandoned, frames: int = 1,
-                            over_s: float | None = None, purpose: str = "picture") -> Snapshot:
+        return (
+            None
+            if snapshot is None
+            else self._prints.get_or_make(snapshot, partial(made, snapshot))[0]
+        )
+
+    async def take_snapshot(
+        self,
+        camera: str,
+        is_abandoned: IsAbandoned,
+        frames: int = 1,
+        over_s: float | None = None,
+        purpose: str = "picture",
+    ) -> Snapshot:
         """Take and save one frame, or what most of several agree on; nothing where the caller has gone meanwhile."""
         over_s = FRAME_INTERVAL_S * (frames - 1) if over_s is None else over_s
         frame = await take_frame(self.live.get(camera), frames=frames, over_s=over_s)
@@ -164,6 +201,7 @@ class Services:
 
     async def restore_backup(self, seen: tuple[int, int]) -> Restoration:
         """Put the newest good backup in the database's place, and let everything go on with what is in it."""
+
         def restore() -> Restoration:
             with self.jobs.idle():
                 done = self.store.restore_backup(seen)
@@ -183,7 +221,9 @@ class Services:
             self.live.refresh(id)
         return done
 
-    async def run_in_thread(self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
+    async def run_in_thread(
+        self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs
+    ) -> Result:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
         return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
 
@@ -194,8 +234,9 @@ class Services:
                 raise closed_request()
             return await to_thread.run_sync(fit)
 
-    async def process_picture(self, size: ImageSize, work: Callable[[Progress], Result],
-                              is_abandoned: IsAbandoned) -> Result:
+    async def process_picture(
+        self, size: ImageSize, work: Callable[[Progress], Result], is_abandoned: IsAbandoned
+    ) -> Result:
         """Do work on a picture of about that size on a worker thread while its caller waits; on large ones few at once.
 
         work: calls its progress now and then, which raises Cancelled once the caller has gone.
@@ -214,13 +255,22 @@ class Services:
         watching = asyncio.create_task(watch())
         try:
             is_large = size.width * size.height > LARGE_PX
-            return await to_thread.run_sync(work, progress, limiter=self._large if is_large else self._threads)
+            return await to_thread.run_sync(
+                work, progress, limiter=self._large if is_large else self._threads
+            )
         finally:
             watching.cancel()
 
-    async def run_as_job(self, kind: str, run: Callable[[Any, Progress], Any], spec: Any,
-                         is_abandoned: IsAbandoned, saver: str | None = None,
-                         context: Any = None, caller: Caller = NOBODY) -> Job:
+    async def run_as_job(
+        self,
+        kind: str,
+        run: Callable[[Any, Progress], Any],
+        spec: Any,
+        is_abandoned: IsAbandoned,
+        saver: str | None = None,
+        context: Any = None,
+        caller: Caller = NOBODY,
+    ) -> Job:
         """Run work of many seconds in a process and wait for its end; cancel it once its caller has gone."""
         job = self.jobs.start(kind, run, spec, saver, context, durable=False, caller=caller)
         polls = 0

@@ -20,8 +20,10 @@ from touchline.jobs.runner import MAX_ATTEMPTS, ProcessRunner, WorkerDied, probl
 from touchline.store.repository import LruCache
 
 MAX_WAITING = 200
-SUPERSEDED = (say("fit.superseded", "A newer request of the same series has replaced this one."),
-              say("fit.superseded.fix", "Wait for the answer to the newer request."))
+SUPERSEDED = (
+    say("fit.superseded", "A newer request of the same series has replaced this one."),
+    say("fit.superseded.fix", "Wait for the answer to the newer request."),
+)
 
 MEMORY_BYTES = 2 << 30
 PROCESSES = max(1, (os.cpu_count() or 1) // 2)  # the others answer meanwhile
@@ -68,7 +70,9 @@ class Turns:
 
     def _enter(self, place: QueuePlace) -> None:
         waiting = self._waiting.setdefault(place.address, deque())
-        former = next((one for one in waiting if one.series is not None and one.series == place.series), None)
+        former = next(
+            (one for one in waiting if one.series is not None and one.series == place.series), None
+        )
         if former is None:
             waiting.append(place)
         else:
@@ -78,8 +82,15 @@ class Turns:
             crowded = max(self._waiting, key=lambda address: len(self._waiting[address]))
             newest = self._waiting[crowded].pop()
             self._drop_empty(crowded)
-            newest.end(Busy(say("fit.too-many", "{requests} fits are already waiting.", requests=MAX_WAITING),
-                            say("fit.wait", "Wait until some have ended."), reason="too-many-fits"))
+            newest.end(
+                Busy(
+                    say(
+                        "fit.too-many", "{requests} fits are already waiting.", requests=MAX_WAITING
+                    ),
+                    say("fit.wait", "Wait until some have ended."),
+                    reason="too-many-fits",
+                )
+            )
         self._give()
 
     def _leave(self, place: QueuePlace) -> None:
@@ -114,8 +125,14 @@ class FitProcesses:
 
     _turns: Turns
 
-    def __init__(self, wall_s: float, modules: tuple[str, ...], processes: int = PROCESSES, *,
-                 at_once: bool = True) -> None:
+    def __init__(
+        self,
+        wall_s: float,
+        modules: tuple[str, ...],
+        processes: int = PROCESSES,
+        *,
+        at_once: bool = True,
+    ) -> None:
         self._wall_s, self._at_once = wall_s, at_once
         self._runners = [ProcessRunner(MEMORY_BYTES, modules, nice=0) for _ in range(processes)]
         self._idle = list(self._runners)
@@ -138,8 +155,14 @@ class FitProcesses:
             for runner in self._runners:
                 runner.close()
 
-    async def run(self, run: Callable[[Any, Progress], Any], spec: Any, address: str,
-                  is_abandoned: Callable[[], Awaitable[bool]], series: str | None = None) -> bytes:
+    async def run(
+        self,
+        run: Callable[[Any, Progress], Any],
+        spec: Any,
+        address: str,
+        is_abandoned: Callable[[], Awaitable[bool]],
+        series: str | None = None,
+    ) -> bytes:
         """Return what a job's function makes of a spec, as JSON text; raise its problem.
 
         address: of the caller. series: of requests of which only the newest is worth waiting for: it takes the place of
@@ -163,7 +186,9 @@ class FitProcesses:
     async def _compute(self, name: str, spec: Any, place: QueuePlace) -> bytes:
         runner = self._idle.pop()
         try:
-            return await to_thread.run_sync(partial(self._attempt, runner, name, spec, place), limiter=self._threads)
+            return await to_thread.run_sync(
+                partial(self._attempt, runner, name, spec, place), limiter=self._threads
+            )
         finally:
             self._idle.append(runner)
 
@@ -172,12 +197,16 @@ class FitProcesses:
         while True:
             attempts += 1
             try:
-                return runner.run_to_text(name, spec, lambda *_: None, lambda: place.ended_by is None, self._wall_s)
+                return runner.run_to_text(
+                    name, spec, lambda *_: None, lambda: place.ended_by is None, self._wall_s
+                )
             except Exception as error:
                 if place.ended_by is not None:
                     raise place.ended_by from None
                 if self._closed:
-                    raise Unavailable(SHUTTING_DOWN, TRY_WHEN_BACK, reason="shutting-down") from None
+                    raise Unavailable(
+                        SHUTTING_DOWN, TRY_WHEN_BACK, reason="shutting-down"
+                    ) from None
                 if attempts == MAX_ATTEMPTS or not isinstance(error, WorkerDied):
                     raise error_of(problem_of_failure(error, self._wall_s)) from None
 

@@ -19,8 +19,15 @@ Name = Annotated[str, Field(min_length=1, max_length=64)]
 Rotate = Literal[0, 90, 180, 270]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 OptionText = Annotated[str, Field(max_length=200)]
-OptionValue = (bool | int | Number | OptionText | Annotated[list[OptionText], Field(max_length=20)]
-               | Annotated[dict[OptionText, int | Number | OptionText], Field(max_length=8)] | None)
+OptionValue = (
+    bool
+    | int
+    | Number
+    | OptionText
+    | Annotated[list[OptionText], Field(max_length=20)]
+    | Annotated[dict[OptionText, int | Number | OptionText], Field(max_length=8)]
+    | None
+)
 OptionValues = Annotated[dict[str, OptionValue], Field(max_length=50)]
 Note = Annotated[str, Field(max_length=2000)]
 
@@ -40,7 +47,10 @@ class ObservationForm(Strict):
     """Where one feature of the field was seen on one image."""
 
     feature: Annotated[str, Field(min_length=1, max_length=200)] | Pair = Field(
-        description="a border, line, arc or landmark of the field by name, or a field position [x, y] in mm")
+        description="a border, line, arc or landmark of the field by name, or a field position [x, y] in mm"
+    )
     kind: Literal["line", "landmark"] = "line"
-    points: Annotated[list[Pair], Field(max_length=20_000)] = Field(description="[x, y] px in the raw image")
+    points: Annotated[list[Pair], Field(max_length=20_000)] = Field(
+        description="[x, y] px in the raw image"
+    )
     z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0

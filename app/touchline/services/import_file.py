@@ -15,7 +15,16 @@ from touchline.core.records import Calibration
 from touchline.models import model_from_json
 from touchline.services.container import Services
 from touchline.services.fields import save_field
-from touchline.services.forms import FittedModelForm, Name, Note, ObservationForm, OptionValues, Rotate, Size, Strict
+from touchline.services.forms import (
+    FittedModelForm,
+    Name,
+    Note,
+    ObservationForm,
+    OptionValues,
+    Rotate,
+    Size,
+    Strict,
+)
 from touchline.workflows import interchange
 
 FIX = "Use a file that Touchline exported as json."
@@ -53,8 +62,9 @@ class CalibrationFile(Strict):
     field_definition: dict[str, Any]
 
 
-def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: str,
-                origin: str = "") -> tuple[dict[str, Any], str]:
+def import_file(
+    services: Services, data: bytes, texts: Mapping[str, str], by: str, origin: str = ""
+) -> tuple[dict[str, Any], str]:
     """Save what the file holds; return the record as JSON, and "calibrations" or "lenses", where it is now.
 
     origin: where the file is from, in a sentence, for the note of a calibration of another format.
@@ -64,8 +74,11 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
     if isinstance(content, Calibration):
         given = [name for name in OPTIONS if name != "camera" and texts[name]]
         if given:
-            raise BadInput(f"A calibration exported as json already states its {given[0]}.", f"Omit {given[0]}.",
-                           reason="bad-request")
+            raise BadInput(
+                f"A calibration exported as json already states its {given[0]}.",
+                f"Omit {given[0]}.",
+                reason="bad-request",
+            )
         checked = _checked(content, data)
         mine = replace(checked, camera=options.camera or checked.camera)
         return store.calibrations.add(mine, by).to_json(), "calibrations"
@@ -75,20 +88,28 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
     # that of a packet: without it, the calibration is of no use
     if made.field["name"] not in services.fields:
         save_field(services, made.field["name"], dict(made.field), None, new=True)
-    return store.calibrations.add(replace(made, note=f"{made.note} {origin}".strip()), by).to_json(), "calibrations"
+    return store.calibrations.add(
+        replace(made, note=f"{made.note} {origin}".strip()), by
+    ).to_json(), "calibrations"
 
 
 def _import_options(texts: Mapping[str, str]) -> interchange.ImportOptions:
     given: dict[str, Any] = {name: text for name, text in texts.items() if name != "file" and text}
     for name in ("field", "region", "camera", "model"):
         if name in given and not NAME.fullmatch(given[name]):
-            raise BadInput(f"The {name} {given[name][:64]!r} is not a valid name.",
-                           f"Send the name of an existing {name}.",
-                           reason="bad-request")
+            raise BadInput(
+                f"The {name} {given[name][:64]!r} is not a valid name.",
+                f"Send the name of an existing {name}.",
+                reason="bad-request",
+            )
     for name in ("rotate", "camera_id"):
         if name in given:
             if not re.fullmatch(r"[0-9]{1,10}", given[name]):
-                raise BadInput(f"{name} is not a whole number.", f"Send {name} as digits.", reason="bad-request")
+                raise BadInput(
+                    f"{name} is not a whole number.",
+                    f"Send {name} as digits.",
+                    reason="bad-request",
+                )
             given[name] = int(given[name])
     if "image_size" in given:
         given["image_size"] = interchange.size_from_text(given["image_size"])
@@ -102,14 +123,27 @@ def _checked(calibration: Calibration, data: bytes) -> Calibration:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         location = ".".join(str(part) for part in first["loc"])
-        raise BadInput(f"This is not a valid calibration: {location}: {first['msg']}.", FIX,
-                       reason="bad-calibration") from None
+        raise BadInput(
+            f"This is not a valid calibration: {location}: {first['msg']}.",
+            FIX,
+            reason="bad-calibration",
+        ) from None
     field = field_from_json(calibration.field)
     field.region(calibration.region, calibration.rotate)
     model = model_from_json(calibration.model_name, calibration.model_parameters)
     if model.corrected_size != calibration.corrected_size:
-        raise BadInput("This is not a valid calibration: its model and its corrected size do not match.", FIX,
-                       reason="bad-calibration")
+        raise BadInput(
+            "This is not a valid calibration: its model and its corrected size do not match.",
+            FIX,
+            reason="bad-calibration",
+        )
     origin = f"Imported: version {calibration.version} of {calibration.created_at[:40]}."
-    return replace(calibration, field=field.to_json(), report=completed_report(calibration.report), snapshot=None,
-                   parent=None, active=False, note=f"{calibration.note} {origin}".strip()[:2000])
+    return replace(
+        calibration,
+        field=field.to_json(),
+        report=completed_report(calibration.report),
+        snapshot=None,
+        parent=None,
+        active=False,
+        note=f"{calibration.note} {origin}".strip()[:2000],
+    )

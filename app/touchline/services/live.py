@@ -83,7 +83,9 @@ class LiveCameras:
 
     def _show(self, camera: LiveCamera) -> None:
         calibration, confirmed = self.calibration(camera.id)
-        camera.show(calibration, confirmed, None if calibration is None else self.picture(calibration))
+        camera.show(
+            calibration, confirmed, None if calibration is None else self.picture(calibration)
+        )
         camera.refresh()
 
     async def forget(self, id: str) -> None:
@@ -113,15 +115,23 @@ class TakenFrame:
         return snapshot
 
 
-async def take_frame(camera: LiveCamera, timeout_s: float = SNAPSHOT_S, frames: int = 1,
-                     over_s: float = 0.0) -> TakenFrame:
+async def take_frame(
+    camera: LiveCamera, timeout_s: float = SNAPSHOT_S, frames: int = 1, over_s: float = 0.0
+) -> TakenFrame:
     """Take a frame, or the background of several spread over over_s; Unavailable says what is wrong."""
-    head, png = await when_awake(camera, lambda left_s: camera.still(frames, left_s, over_s), timeout_s)
+    head, png = await when_awake(
+        camera, lambda left_s: camera.still(frames, left_s, over_s), timeout_s
+    )
     return TakenFrame(camera, head, png)
 
 
-async def when_awake(camera: LiveCamera, take: Callable[[float], Awaitable[T]], timeout_s: float = FIRST_FRAME_S, *,
-                     must_be_live: bool = False) -> T:
+async def when_awake(
+    camera: LiveCamera,
+    take: Callable[[float], Awaitable[T]],
+    timeout_s: float = FIRST_FRAME_S,
+    *,
+    must_be_live: bool = False,
+) -> T:
     """Call take with the seconds left, on a camera that may have been asleep; Unavailable says what is wrong.
 
     must_be_live: the last frame of a camera that delivers none any more is not wanted.
@@ -146,12 +156,18 @@ async def when_awake(camera: LiveCamera, take: Callable[[float], Awaitable[T]], 
 
 def _silent(camera: LiveCamera) -> Unavailable:
     problem = camera.status()["problem"] or {
-        "what": say("camera.no-frame-yet", "This camera has not delivered a frame yet."), "fix": TRY_AGAIN,
-        "reason": "camera-silent"}
-    return Unavailable(sentence_in(problem, "what"), sentence_in(problem, "fix"), reason=problem["reason"])
+        "what": say("camera.no-frame-yet", "This camera has not delivered a frame yet."),
+        "fix": TRY_AGAIN,
+        "reason": "camera-silent",
+    }
+    return Unavailable(
+        sentence_in(problem, "what"), sentence_in(problem, "fix"), reason=problem["reason"]
+    )
 
 
-def start_live_cameras(cameras: CameraService, feeds: Mapping[int, MakeFeed], wake: bool = True) -> LiveCameras:
+def start_live_cameras(
+    cameras: CameraService, feeds: Mapping[int, MakeFeed], wake: bool = True
+) -> LiveCameras:
     """Make the live cameras. wake: those with an active calibration at once, not only when they are asked for."""
     tasks: set[asyncio.Task[None]] = set()
 
@@ -159,14 +175,18 @@ def start_live_cameras(cameras: CameraService, feeds: Mapping[int, MakeFeed], wa
         try:
             await asyncio.to_thread(cameras.confirm, calibration, identity)
         except Exception:
-            log.exception("the camera's identity could not be saved; it is asked for again after a restart")
+            log.exception(
+                "the camera's identity could not be saved; it is asked for again after a restart"
+            )
 
     def trust(calibration: Calibration, identity: Identity) -> None:
         task = asyncio.create_task(save_identity(calibration, identity))
         tasks.add(task)
         task.add_done_callback(tasks.discard)
 
-    live = LiveCameras(cameras.process_spec, cameras.active_calibration, trust, cameras.calibration_picture, feeds)
+    live = LiveCameras(
+        cameras.process_spec, cameras.active_calibration, trust, cameras.calibration_picture, feeds
+    )
     for camera in cameras.all() if wake else ():
         live.refresh(camera.id)
     return live

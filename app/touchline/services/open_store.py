@@ -106,7 +106,9 @@ class _Rig(_Saved):
     rig: _RigBody
 
 
-def _of(shape: Any, read: Callable[[Any, Row], object] = lambda record, row: record) -> Callable[[Row], object]:
+def _of(
+    shape: Any, read: Callable[[Any, Row], object] = lambda record, row: record
+) -> Callable[[Row], object]:
     """Return a reader of rows with content of that shape. read: goes on with the content and its row."""
     adapter = TypeAdapter(shape)
     return lambda row: read(adapter.validate_python(content(row)), row)
@@ -114,7 +116,9 @@ def _of(shape: Any, read: Callable[[Any, Row], object] = lambda record, row: rec
 
 # By table; each raises for a row that cannot be read.
 READERS: Mapping[str, Callable[[Row], object]] = {
-    "snapshots": _of(Plain, lambda record, _: SNAPSHOT.validate_python(Snapshot(**record).to_json())),
+    "snapshots": _of(
+        Plain, lambda record, _: SNAPSHOT.validate_python(Snapshot(**record).to_json())
+    ),
     "drafts": _of(_Draft),
     "calibrations": lambda row: Calibration.from_json(content(row)),
     "active": _of(_Active),
@@ -122,11 +126,16 @@ READERS: Mapping[str, Callable[[Row], object]] = {
     "cameras": _of(_Camera, lambda record, row: CameraSettings(id=row.id, **record["camera"])),
     "identities": _of(_Identity, lambda record, _: Identity(**record["evidence"])),
     "rigs": _of(_Rig),
-    **{table: partial(call, target) for table, target in saved_rows().items()}}
+    **{table: partial(call, target) for table, target in saved_rows().items()},
+}
 
 
 def open_store(settings: Settings) -> Store:
     """Open the store of the settings' data folder, or of their database."""
-    return Store(settings.data, database=settings.database.get_secret_value() if settings.database else None,
-                 uploads_bytes=int(settings.storage.uploads_mb * MB),
-                 backups_bytes=int(settings.storage.backups_mb * MB), readers=READERS)
+    return Store(
+        settings.data,
+        database=settings.database.get_secret_value() if settings.database else None,
+        uploads_bytes=int(settings.storage.uploads_mb * MB),
+        backups_bytes=int(settings.storage.backups_mb * MB),
+        readers=READERS,
+    )

@@ -14,18 +14,28 @@ from touchline.store.store import Store
 
 def calibration(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
     """Save one version."""
-    return {"calibration": save_new_version(services.store, Calibration.from_json(result), about["by"]).id}
+    return {
+        "calibration": save_new_version(
+            services.store, Calibration.from_json(result), about["by"]
+        ).id
+    }
 
 
 def calibrations(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
     """Save several versions."""
-    return {"calibrations": [save_new_version(services.store, Calibration.from_json(record), about["by"]).id
-                             for record in result["made"]]}
-
-
+    return {
+        "calibrations": [
+            save_new_version(services.store, Calibration.from_json(record), about["by"]).id
+            for record in result["made"]
+        ]
+    }
 
 
 def save_new_version(store: Store, calibration: Calibration, by: str) -> Calibration:
     """Save a new version of its camera's calibration, the child of the newest before it. by: who asked for it."""
-    before = store.calibrations.list(calibration.camera, limit=1).items if calibration.camera is not None else ()
+    before = (
+        store.calibrations.list(calibration.camera, limit=1).items
+        if calibration.camera is not None
+        else ()
+    )
     return store.calibrations.add(replace(calibration, parent=before[0].id if before else None), by)

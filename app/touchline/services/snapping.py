@@ -31,8 +31,16 @@ class SnappedPoint(TypedDict):
     what: NotRequired[str]
 
 
-def snap_clicks(services: Services, snapshot: str, points: list[list[float]], reach_px: float, width_px: float | None,
-                direction_deg: float | None, feature: str | None, fit: Any) -> list[SnappedPoint]:
+def snap_clicks(
+    services: Services,
+    snapshot: str,
+    points: list[list[float]],
+    reach_px: float,
+    width_px: float | None,
+    direction_deg: float | None,
+    feature: str | None,
+    fit: Any,
+) -> list[SnappedPoint]:
     """Return each click on its line, or where it is. fit: model, field, region and rotate."""
     frame = services.frame(snapshot)
     clicks = as_points(points, "The points").reshape(-1, 2)
@@ -41,11 +49,15 @@ def snap_clicks(services: Services, snapshot: str, points: list[list[float]], re
     if fit is not None and feature is not None:
         model, field, region = _fit(services, fit, frame)
         known = line_hints(model, field.feature(feature, region), field, region, clicks, reach_px)
-    return [_json(click.tolist(), _snap(frame, click, hint)) for click, hint in zip(clicks, known, strict=True)]
+    return [
+        _json(click.tolist(), _snap(frame, click, hint))
+        for click, hint in zip(clicks, known, strict=True)
+    ]
 
 
-def points_along(services: Services, snapshot: str, fit: Any, feature: str, count: int,
-                 reach_px: float) -> list[SnappedPoint]:
+def points_along(
+    services: Services, snapshot: str, fit: Any, feature: str, count: int, reach_px: float
+) -> list[SnappedPoint]:
     """Return points along one line of the field, found beside where a fit expects it; none where it is hidden."""
     frame = services.frame(snapshot)
     model, field, region = _fit(services, fit, frame)
@@ -57,22 +69,45 @@ def _snap(frame: Frame, point: Points, hint: Hint) -> Snapped | Unsnapped:
     """Snap with what is known of the line, then without: a poor fit must not hide a line that is there."""
     snapped = snap(frame.pixels, point, hint)
     blank = Hint(hint.reach_px)
-    return snap(frame.pixels, point, blank) if isinstance(snapped, Unsnapped) and hint != blank else snapped
+    return (
+        snap(frame.pixels, point, blank)
+        if isinstance(snapped, Unsnapped) and hint != blank
+        else snapped
+    )
 
 
 def _fit(services: Services, fit: Any, frame: Frame) -> tuple[CameraModel, Field, Region]:
     model = model_from_json(fit.model.name, fit.model.parameters)
     if model.image_size != frame.size:
-        raise Conflict(say("fit.other-image-size", "The fit is for {size}, the image has {width} × {height}.",
-                           size=model.image_size, width=frame.size.width, height=frame.size.height),
-                       say("fit.to-this-image", "Fit the model to this image first."), reason="size-mismatch")
+        raise Conflict(
+            say(
+                "fit.other-image-size",
+                "The fit is for {size}, the image has {width} × {height}.",
+                size=model.image_size,
+                width=frame.size.width,
+                height=frame.size.height,
+            ),
+            say("fit.to-this-image", "Fit the model to this image first."),
+            reason="size-mismatch",
+        )
     field = services.fields[fit.field]
     return model, field, field.region(fit.region, fit.rotate)
 
 
 def _json(click: list[float], result: Snapped | Unsnapped) -> SnappedPoint:
     if isinstance(result, Unsnapped):
-        return {"state": "kept", "point": click, "reason": result.reason, "what": REASONS[result.reason]}
-    return {"state": "snapped", "point": list(result.point), "moved_px": result.moved_px, "width_px": result.width_px,
-            "direction_deg": math.degrees(result.angle_rad), "sigma_px": result.sigma_px,
-            "confidence": result.confidence}
+        return {
+            "state": "kept",
+            "point": click,
+            "reason": result.reason,
+            "what": REASONS[result.reason],
+        }
+    return {
+        "state": "snapped",
+        "point": list(result.point),
+        "moved_px": result.moved_px,
+        "width_px": result.width_px,
+        "direction_deg": math.degrees(result.angle_rad),
+        "sigma_px": result.sigma_px,
+        "confidence": result.confidence,
+    }

@@ -31,8 +31,20 @@ from touchline.core.sentences import unknown_field, use_one_of
 from touchline.core.statements import Sentence, say
 from touchline.sources.address import device_of, read_query, split_address, without_password
 
-__all__ = ["SOURCES", "BaseSource", "Control", "Identity", "Source", "SourceContext", "device_of", "named_field",
-           "source_class", "source_from_url", "split_address", "without_password"]
+__all__ = [
+    "SOURCES",
+    "BaseSource",
+    "Control",
+    "Identity",
+    "Source",
+    "SourceContext",
+    "device_of",
+    "named_field",
+    "source_class",
+    "source_from_url",
+    "split_address",
+    "without_password",
+]
 
 UNKNOWN = say("camera-differs.unknown", "unknown")
 UNKNOWN_PORT = say("camera-differs.unknown-port", "an unknown port")
@@ -76,22 +88,44 @@ class Identity:
     model: str = ""
 
     def to_json(self) -> IdentityJson:
-        return {"address": self.address, "serial": self.serial, "port": self.port, "model": self.model}
+        return {
+            "address": self.address,
+            "serial": self.serial,
+            "port": self.port,
+            "model": self.model,
+        }
 
     def differs_from(self, other: "Identity") -> Sentence | None:
         """Return in words why this may be another camera; None where the evidence agrees."""
         if self.serial != other.serial:
-            return say("camera-differs.serial", "its serial number is {now}, not {before}",
-                       now=self.serial or UNKNOWN, before=other.serial or UNKNOWN)
+            return say(
+                "camera-differs.serial",
+                "its serial number is {now}, not {before}",
+                now=self.serial or UNKNOWN,
+                before=other.serial or UNKNOWN,
+            )
         if self.model != other.model:
-            return say("camera-differs.model", "its model is {now}, not {before}",
-                       now=self.model or UNKNOWN, before=other.model or UNKNOWN)
+            return say(
+                "camera-differs.model",
+                "its model is {now}, not {before}",
+                now=self.model or UNKNOWN,
+                before=other.model or UNKNOWN,
+            )
         if not self.serial and self.port != other.port:
-            return say("camera-differs.port", "it is connected to {now}, not {before}",
-                       now=self.port or UNKNOWN_PORT, before=other.port or UNKNOWN_PORT)
+            return say(
+                "camera-differs.port",
+                "it is connected to {now}, not {before}",
+                now=self.port or UNKNOWN_PORT,
+                before=other.port or UNKNOWN_PORT,
+            )
         before = without_password(other.address)  # an earlier version may have left more of it
         if not self.serial and not self.port and self.address != before:
-            return say("camera-differs.address", "its address is {now}, not {before}", now=self.address, before=before)
+            return say(
+                "camera-differs.address",
+                "its address is {now}, not {before}",
+                now=self.address,
+                before=before,
+            )
         return None
 
 
@@ -162,7 +196,9 @@ class BaseSource:
     _hardware = ""  # a network camera's MAC address, where it is known
 
     def identity(self) -> Identity:
-        return self._identity or Identity(self._address, serial=self._hardware and f"MAC {self._hardware}")
+        return self._identity or Identity(
+            self._address, serial=self._hardware and f"MAC {self._hardware}"
+        )
 
     def pass_over(self, seconds: float) -> None:
         pass
@@ -171,34 +207,53 @@ class BaseSource:
         return ()
 
     def set_control(self, name: str, value: Any) -> Control:
-        raise NotFound(say("source.unknown-setting", "This source has no setting called {setting!r}.", setting=name),
-                       say("source.no-settings", "It has no settings that can be changed while it is running."),
-                       reason="unknown-control")
+        raise NotFound(
+            say(
+                "source.unknown-setting",
+                "This source has no setting called {setting!r}.",
+                setting=name,
+            ),
+            say(
+                "source.no-settings", "It has no settings that can be changed while it is running."
+            ),
+            reason="unknown-control",
+        )
 
 
-SOURCES: Registry[type[Source]] = Registry("source", {
-    # a rendered field through a real lens model, with exact truth
-    "sim": "touchline.sources.sim.source:SimSource",
-    "picture": "touchline.sources.files:PictureSource",  # a picture file, again and again
-    "folder": "touchline.sources.files:FolderSource",  # pictures of a folder, in name order
-    # a film, at its own pace or as fast as possible
-    "video": "touchline.sources.video:VideoSource",
-    "v4l2": "touchline.sources.v4l2:V4l2Source",  # a webcam or a capture card in this machine
-    "rtsp": "touchline.sources.network.rtsp:RtspSource",  # a network camera: H.264, H.265, MJPEG
-    # a network camera: MJPEG, or single pictures
-    "http": "touchline.sources.network.http_mjpeg:HttpSource",
-    "https": "touchline.sources.network.http_mjpeg:HttpsSource",
-    "aravis": "touchline.sources.industrial.aravis:AravisSource",  # industrial, through Aravis
-})
+SOURCES: Registry[type[Source]] = Registry(
+    "source",
+    {
+        # a rendered field through a real lens model, with exact truth
+        "sim": "touchline.sources.sim.source:SimSource",
+        "picture": "touchline.sources.files:PictureSource",  # a picture file, again and again
+        "folder": "touchline.sources.files:FolderSource",  # pictures of a folder, in name order
+        # a film, at its own pace or as fast as possible
+        "video": "touchline.sources.video:VideoSource",
+        "v4l2": "touchline.sources.v4l2:V4l2Source",  # a webcam or a capture card in this machine
+        "rtsp": "touchline.sources.network.rtsp:RtspSource",  # a network camera: H.264, H.265, MJPEG
+        # a network camera: MJPEG, or single pictures
+        "http": "touchline.sources.network.http_mjpeg:HttpSource",
+        "https": "touchline.sources.network.http_mjpeg:HttpsSource",
+        "aravis": "touchline.sources.industrial.aravis:AravisSource",  # industrial, through Aravis
+    },
+)
 
 
 def source_class(scheme: str) -> type[Source]:
     """Return the class that opens addresses of a scheme; NotFound, which says what took the place of a former one."""
     if scheme == "genicam":  # in data folders and archives of earlier versions
-        raise NotFound(say("source.genicam-removed", "Cameras are no longer read through their vendors' GenTL "
-                           "producers."),
-                       say("source.use-aravis", "If it is a GigE Vision or USB3 Vision camera, enter aravis:// and its "
-                           "serial number."), reason="genicam-removed")
+        raise NotFound(
+            say(
+                "source.genicam-removed",
+                "Cameras are no longer read through their vendors' GenTL producers.",
+            ),
+            say(
+                "source.use-aravis",
+                "If it is a GigE Vision or USB3 Vision camera, enter aravis:// and its "
+                "serial number.",
+            ),
+            reason="genicam-removed",
+        )
     return SOURCES[scheme]
 
 
@@ -217,4 +272,6 @@ def named_field(context: SourceContext, name: str) -> Field:
     try:
         return context.fields[name]
     except KeyError:
-        raise NotFound(unknown_field(name), use_one_of(context.fields), reason="unknown-field") from None
+        raise NotFound(
+            unknown_field(name), use_one_of(context.fields), reason="unknown-field"
+        ) from None

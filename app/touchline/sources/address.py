@@ -18,13 +18,17 @@ MAX_ADDRESS = 2000  # characters
 PORTS = {"rtsp": 554, "http": 80, "https": 443}
 KEEP_THEIR_QUERY = tuple(PORTS)
 NOT_VALID = say("address.not-valid", "The camera address is not valid.")
-FORM = say("address.form", "Write it as scheme://target?option=value, such as sim://ssl-div-b?lens=strong.")
+FORM = say(
+    "address.form", "Write it as scheme://target?option=value, such as sim://ssl-div-b?lens=strong."
+)
 
 # user:password@ before the host; then name=value pairs whose name tells that the value is a secret, as some cameras
 # take it in the query or, with _ between them, in the path. Counts are bounded: what is logged is a stranger's.
 USERINFO = re.compile(r"^([^/?#@:]*)(:[^/?#@]*)?@(?=[^/?#@\\]+([/?#]|$))")
-NAME = (r"(?:[a-z]{0,40}pass[a-z]{0,40}|[a-z]{0,40}pwd|[a-z_-]{0,40}(?:token|key|secret)|auth(?:orization)?|"
-        r"sig[a-z]{0,40})=")
+NAME = (
+    r"(?:[a-z]{0,40}pass[a-z]{0,40}|[a-z]{0,40}pwd|[a-z_-]{0,40}(?:token|key|secret)|auth(?:orization)?|"
+    r"sig[a-z]{0,40})="
+)
 SECRET = re.compile(rf"([?&;#]{NAME})[^&;#]*|([/_]{NAME})(?:(?!_[^\W_]+=)[^&;/#?])*", re.IGNORECASE)
 ADDRESS_IN_TEXT = re.compile(r"[a-z][a-z0-9+.-]{0,20}://\S+", re.IGNORECASE)
 SECRET_IN_TEXT = re.compile(rf"([?&;]{NAME})[^\s&;]*?(?=[\"']?(?:[\s&;]|$))", re.IGNORECASE)
@@ -41,15 +45,37 @@ def split_address(url: str) -> tuple[str, str, dict[str, str]]:
         parts = urlsplit(url)
         theirs = parts.scheme in KEEP_THEIR_QUERY
         ours = parts.fragment if theirs else parts.query
-        pairs = parse_qsl(ours, keep_blank_values=True, strict_parsing=bool(ours), max_num_fields=50, errors="strict")
+        pairs = parse_qsl(
+            ours,
+            keep_blank_values=True,
+            strict_parsing=bool(ours),
+            max_num_fields=50,
+            errors="strict",
+        )
         target = parts.netloc + parts.path
-        target = target + f"?{parts.query}" * bool(parts.query) if theirs else unquote(target, errors="strict")
+        target = (
+            target + f"?{parts.query}" * bool(parts.query)
+            if theirs
+            else unquote(target, errors="strict")
+        )
     except ValueError:  # also what is no UTF-8
         raise BadInput(NOT_VALID, FORM, reason="bad-source") from None
     given = dict(pairs)
-    if not parts.scheme or "://" not in url or not target or (parts.fragment and not theirs) or len(given) < len(pairs):
-        raise BadInput(say("address.not-valid-or-twice", "The camera address is not valid, or contains an option "
-                           "twice."), FORM, reason="bad-source")
+    if (
+        not parts.scheme
+        or "://" not in url
+        or not target
+        or (parts.fragment and not theirs)
+        or len(given) < len(pairs)
+    ):
+        raise BadInput(
+            say(
+                "address.not-valid-or-twice",
+                "The camera address is not valid, or contains an option twice.",
+            ),
+            FORM,
+            reason="bad-source",
+        )
     return parts.scheme, target, given
 
 
@@ -69,7 +95,9 @@ def without_password(url: str) -> str:
 
 def without_secrets(text: str) -> str:
     """Return a text as it may be logged: every address in it without its password, every query without its secrets."""
-    return SECRET_IN_TEXT.sub(r"\1…", ADDRESS_IN_TEXT.sub(lambda found: without_password(found[0]), text))
+    return SECRET_IN_TEXT.sub(
+        r"\1…", ADDRESS_IN_TEXT.sub(lambda found: without_password(found[0]), text)
+    )
 
 
 def device_of(url: str) -> str:
@@ -82,7 +110,11 @@ def device_of(url: str) -> str:
     except BadInput:
         return ""
     if scheme not in KEEP_THEIR_QUERY:
-        return f"{scheme}://{target}?{sorted(given.items())}" if scheme == "sim" else f"{scheme}://{target.rstrip('/')}"
+        return (
+            f"{scheme}://{target}?{sorted(given.items())}"
+            if scheme == "sim"
+            else f"{scheme}://{target.rstrip('/')}"
+        )
     parts = urlsplit(f"{scheme}://{target}")
     try:
         port = parts.port or PORTS[scheme]
@@ -96,11 +128,19 @@ def read_query(described: tuple[Option, ...], given: Mapping[str, str]) -> dict[
     table = {option.name: option for option in described}
     for name in given:
         if name not in table:
-            raise BadInput(say("address.unknown-option", "This source has no option called {option!r}.", option=name),
-                           use_one_of(table) if table else say("address.no-options", "It has no options."),
-                           reason="unknown-option")
-    return {name: _read_one(option, given[name]) if name in given else option.default
-            for name, option in table.items()}
+            raise BadInput(
+                say(
+                    "address.unknown-option",
+                    "This source has no option called {option!r}.",
+                    option=name,
+                ),
+                use_one_of(table) if table else say("address.no-options", "It has no options."),
+                reason="unknown-option",
+            )
+    return {
+        name: _read_one(option, given[name]) if name in given else option.default
+        for name, option in table.items()
+    }
 
 
 def _read_one(option: Option, text: str) -> Any:

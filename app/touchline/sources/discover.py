@@ -44,6 +44,7 @@ def answer_of(finder: ChildProcess, until: float) -> list[Discovered]:
 
 def in_child(find: Callable[..., list[Discovered]]) -> Callable[[Connection, dict[str, Any]], None]:
     """Make what finds cameras the main function of a child process, which answers with them."""
+
     @wraps(find)
     def main(connection: Connection, arguments: dict[str, Any]) -> None:
         try:
@@ -52,12 +53,14 @@ def in_child(find: Callable[..., list[Discovered]]) -> Callable[[Connection, dic
             cameras = []
         connection.send(ANSWER, 0, encode_body({"cameras": cameras}))
         os._exit(0)  # a library that cannot end its own threads need not
+
     return main
 
 
 def v4l2_cameras() -> Iterable[Discovered]:
     """Yield the webcams and capture cards that Linux lists; no camera is opened."""
     from touchline.sources.v4l2 import V4l2Source, list_devices
+
     for camera in list_devices(V4l2Source.root):
         yield _discovered(camera.address, f"{camera.model}, {camera.node}", camera.identity)
 
@@ -66,16 +69,25 @@ def v4l2_cameras() -> Iterable[Discovered]:
 def aravis_cameras() -> list[Discovered]:
     """Return the GigE Vision and USB3 Vision cameras that answer to Aravis."""
     from touchline.sources.industrial.aravis import address_of, aravis, discover_cameras
+
     cameras = discover_cameras(aravis())
-    titles = [f"{camera.vendor} {camera.model} {camera.serial}, through Aravis" for camera in cameras]
+    titles = [
+        f"{camera.vendor} {camera.model} {camera.serial}, through Aravis" for camera in cameras
+    ]
     return _named(cameras, titles, address_of)
 
 
-def _named(cameras: Sequence[DiscoveredCamera], titles: Sequence[str],
-           address_of: Callable[[str], str]) -> list[Discovered]:
-    addresses = [address_of(name) for name in _short_names([(camera.serial, camera.id) for camera in cameras])]
-    return [_discovered(address, title, camera.identity(address))
-            for address, title, camera in zip(addresses, titles, cameras, strict=True)]
+def _named(
+    cameras: Sequence[DiscoveredCamera], titles: Sequence[str], address_of: Callable[[str], str]
+) -> list[Discovered]:
+    addresses = [
+        address_of(name)
+        for name in _short_names([(camera.serial, camera.id) for camera in cameras])
+    ]
+    return [
+        _discovered(address, title, camera.identity(address))
+        for address, title, camera in zip(addresses, titles, cameras, strict=True)
+    ]
 
 
 def _short_names(names: list[tuple[str, str]]) -> list[str]:

@@ -17,9 +17,14 @@ from touchline.core.records import Frame
 from touchline.images.limits import DEFAULT_LIMITS
 
 # A film in one of these containers names no other file.
-LEASH = {"protocol_whitelist": "file,tcp,rtp", "format_whitelist": "mov,avi,matroska,rtsp,sdp", "rtsp_transport": "tcp",
-         "allowed_media_types": "video", "max_pixels": str(DEFAULT_LIMITS.max_pixels),
-         "fpsprobesize": "0"}  # no second of frames is looked at before the first is given
+LEASH = {
+    "protocol_whitelist": "file,tcp,rtp",
+    "format_whitelist": "mov,avi,matroska,rtsp,sdp",
+    "rtsp_transport": "tcp",
+    "allowed_media_types": "video",
+    "max_pixels": str(DEFAULT_LIMITS.max_pixels),
+    "fpsprobesize": "0",
+}  # no second of frames is looked at before the first is given
 
 
 class VideoDecoder:
@@ -38,7 +43,9 @@ class VideoDecoder:
         self.moment_s: float | None = None
 
     @classmethod
-    def open(cls, name: str, *, open_s: float = 2.0, read_s: float = 1.5, threads: int = 0) -> Self | None:
+    def open(
+        cls, name: str, *, open_s: float = 2.0, read_s: float = 1.5, threads: int = 0
+    ) -> Self | None:
         """Open a file's absolute path or an address of this machine; None where that fails or takes too long.
 
         A read then fails after read_s. threads: of the decoder, each a frame late; 0: as many as processors.
@@ -81,7 +88,14 @@ class VideoDecoder:
     def read_jpeg(self) -> bytes | None:
         """Return the next picture as it came; None at the stream's end, or where none comes in time."""
         with suppress(av.FFmpegError):
-            return next((bytes(packet) for packet in self._packets if packet.size and not packet.is_corrupt), None)
+            return next(
+                (
+                    bytes(packet)
+                    for packet in self._packets
+                    if packet.size and not packet.is_corrupt
+                ),
+                None,
+            )
         return None
 
     def close(self) -> None:

@@ -22,8 +22,11 @@ MAX_PICTURES = 100_000
 def pictures_folder(context: SourceContext) -> Path:
     """Return the only folder that is read; Unavailable where none is set."""
     if context.pictures is None:
-        raise Unavailable(say("files.folder-not-set", "No pictures folder is set."),
-                          say("files.enter-folder", "Enter it in the settings."), reason="no-pictures")
+        raise Unavailable(
+            say("files.folder-not-set", "No pictures folder is set."),
+            say("files.enter-folder", "Enter it in the settings."),
+            reason="no-pictures",
+        )
     return context.pictures
 
 
@@ -43,8 +46,11 @@ def read_bytes(path: Path) -> bytes:
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)  # the decoder refuses what is too long
     except OSError:
-        raise Unavailable(say("files.unreadable", "The image {name!r} cannot be read.", name=path.name),
-                          say("files.check-permissions", "Check its permissions."), reason="unreadable-file") from None
+        raise Unavailable(
+            say("files.unreadable", "The image {name!r} cannot be read.", name=path.name),
+            say("files.check-permissions", "Check its permissions."),
+            reason="unreadable-file",
+        ) from None
 
 
 def by_name(path: Path) -> list[int | str]:
@@ -59,8 +65,13 @@ def _within(folder: Path, name: str, is_one: Callable[[Path], bool], kind: str, 
         path = (root / name).resolve(strict=True)
         if path.is_relative_to(root) and is_one(path):
             return path
-    raise NotFound(say(f"files.no-{kind}", f"There is no {kind} {{name!r}} in the pictures folder.", name=name),
-                   say(f"files.{deed.lower()}-there", f"{deed} it there, or check the name."), reason=f"unknown-{kind}")
+    raise NotFound(
+        say(
+            f"files.no-{kind}", f"There is no {kind} {{name!r}} in the pictures folder.", name=name
+        ),
+        say(f"files.{deed.lower()}-there", f"{deed} it there, or check the name."),
+        reason=f"unknown-{kind}",
+    )
 
 
 class PictureSource(BaseSource):
@@ -118,9 +129,11 @@ class FolderSource(BaseSource):
     def read(self) -> Frame:
         frame = next(require_open(self._frames, "folder"), None)
         if frame is None:
-            raise Unavailable(say("folder.ended", "The last image has been shown."),
-                              say("folder.open-again", "Open the folder again, or with loop=true."),
-                              reason="source-ended")
+            raise Unavailable(
+                say("folder.ended", "The last image has been shown."),
+                say("folder.open-again", "Open the folder again, or with loop=true."),
+                reason="source-ended",
+            )
         self._pacer.wait(self._fps)
         return frame
 
@@ -133,7 +146,9 @@ class FolderSource(BaseSource):
             came = False
             for name in self._names():
                 try:
-                    frame = self._decode(read_bytes(file_within(pictures_folder(self._context), name)))
+                    frame = self._decode(
+                        read_bytes(file_within(pictures_folder(self._context), name))
+                    )
                 # broken, or taken away meanwhile
                 except (BadImage, NotFound, Unavailable) as error:
                     broken = error
@@ -142,9 +157,19 @@ class FolderSource(BaseSource):
                 came = True
                 yield frame
             if broken is not None and not came:
-                raise Unavailable(join(say("folder.none-readable", "None of the images in {folder!r} can be read.",
-                                           folder=self._target), broken.what, broken.fix),
-                                  say("folder.add-images", "Add images to the folder."), reason="no-pictures-there")
+                raise Unavailable(
+                    join(
+                        say(
+                            "folder.none-readable",
+                            "None of the images in {folder!r} can be read.",
+                            folder=self._target,
+                        ),
+                        broken.what,
+                        broken.fix,
+                    ),
+                    say("folder.add-images", "Add images to the folder."),
+                    reason="no-pictures-there",
+                )
             if not self._loop:
                 return
 
@@ -157,10 +182,24 @@ class FolderSource(BaseSource):
         except OSError:
             found = []
         if not found or len(found) > MAX_PICTURES:
-            raise Unavailable(say("folder.too-many-images", "The folder {folder!r} contains {images} images.",
-                                  folder=self._target, images=len(found)) if found
-                              else say("folder.no-images", "The folder {folder!r} contains no images.",
-                                       folder=self._target),
-                              say("folder.put-images", "Put 1 to {most} PNG, JPEG, BMP or WebP files in it.",
-                                  most=MAX_PICTURES), reason="no-pictures-there")
+            raise Unavailable(
+                say(
+                    "folder.too-many-images",
+                    "The folder {folder!r} contains {images} images.",
+                    folder=self._target,
+                    images=len(found),
+                )
+                if found
+                else say(
+                    "folder.no-images",
+                    "The folder {folder!r} contains no images.",
+                    folder=self._target,
+                ),
+                say(
+                    "folder.put-images",
+                    "Put 1 to {most} PNG, JPEG, BMP or WebP files in it.",
+                    most=MAX_PICTURES,
+                ),
+                reason="no-pictures-there",
+            )
         return [str(path.relative_to(root)) for path in sorted(found, key=by_name)]

@@ -16,14 +16,20 @@ TRY_S = 1.0  # between two pictures that are decoded to see what they are
 def unknown_control(name: Any, known: Iterable[str]) -> NotFound:
     """Return the error for a control that this camera lacks."""
     names = list(known)
-    return NotFound(say("control.unknown", "This camera has no setting called {name!r}.", name=str(name)[:40]),
-                    say("control.known", "It has: {names}.", names=names) if names
-                    else say("control.none", "It has no settings that can be changed."), reason="unknown-control")
+    return NotFound(
+        say("control.unknown", "This camera has no setting called {name!r}.", name=str(name)[:40]),
+        say("control.known", "It has: {names}.", names=names)
+        if names
+        else say("control.none", "It has no settings that can be changed."),
+        reason="unknown-control",
+    )
 
 
 def refused_value(label: str, value: str, allowed: str) -> BadInput:
     """Return the error for a value that a control cannot have. value: as it is quoted."""
-    return BadInput(f"{label} cannot be {value} on this camera.", f"Use {allowed}.", reason="bad-control")
+    return BadInput(
+        f"{label} cannot be {value} on this camera.", f"Use {allowed}.", reason="bad-control"
+    )
 
 
 def is_number(value: Any, low: float, high: float) -> bool:
@@ -65,8 +71,11 @@ class PictureReader:
 def require_decoder(decode: T | None) -> T:
     """Return what decodes images; Unavailable where there is nothing that does."""
     if decode is None:
-        raise Unavailable(say("network.no-decoder", "Images cannot be decoded."),
-                          say("network.restart-touchline", "Restart Touchline."), reason="no-decoder")
+        raise Unavailable(
+            say("network.no-decoder", "Images cannot be decoded."),
+            say("network.restart-touchline", "Restart Touchline."),
+            reason="no-decoder",
+        )
     return decode
 
 

@@ -26,12 +26,33 @@ from touchline.sources.lifecycle import is_number, refused_value, require_open, 
 
 NAMED = re.compile(r"/dev/(video\d{1,3}|v4l/by-(?:id|path)/[A-Za-z0-9_.:+,@%-]{1,200})")
 # What makers of cheap cameras write where a serial number should stand; the same on every piece.
-NO_SERIALS = {"sn0001", "0123456789", "123456789", "12345678", "1234567890", "0123456789abcdef", "200901010001",
-              "01.00.00", "aabbccdd", "default", "none", "unknown"}
+NO_SERIALS = {
+    "sn0001",
+    "0123456789",
+    "123456789",
+    "12345678",
+    "1234567890",
+    "0123456789abcdef",
+    "200901010001",
+    "01.00.00",
+    "aabbccdd",
+    "default",
+    "none",
+    "unknown",
+}
 
 SIZE = re.compile(r"([1-9][0-9]{1,3})x([1-9][0-9]{1,3})", re.ASCII)
-USUAL_SIZES = ("640x480", "800x600", "1280x720", "1280x960", "1280x1024", "1600x1200", "1920x1080", "2560x1440",
-               "3840x2160")
+USUAL_SIZES = (
+    "640x480",
+    "800x600",
+    "1280x720",
+    "1280x960",
+    "1280x1024",
+    "1600x1200",
+    "1920x1080",
+    "2560x1440",
+    "3840x2160",
+)
 EXPOSURE_STEP_US = 100  # V4L2_CID_EXPOSURE_ABSOLUTE counts in these
 # V4L2's exposure modes; webcams know 3, "aperture priority", as their automatic
 MANUAL, AUTOMATIC = 1, (3, 0)
@@ -55,7 +76,9 @@ class VideoDevice:
     @property
     def address(self) -> str:
         """The most lasting address: by identity, by port, and only then by number."""
-        lasting = self.links[0] if self.links and (self.serial or "by-path" in self.links[0]) else None
+        lasting = (
+            self.links[0] if self.links and (self.serial or "by-path" in self.links[0]) else None
+        )
         return f"v4l2://{lasting or next((link for link in self.links if 'by-path' in link), self.node)}"
 
     @property
@@ -65,24 +88,38 @@ class VideoDevice:
 
 def list_devices(root: Path = Path("/")) -> tuple[VideoDevice, ...]:
     """Return every camera that gives pictures, by number. root: contains dev and sys."""
-    found = sorted((root / "sys/class/video4linux").glob("video*"), key=lambda path: int(path.name[5:] or 0))
-    links = {path: Path(path).resolve() for kind in ("by-id", "by-path")
-             for path in sorted(map(str, (root / "dev/v4l" / kind).glob("*")))}
+    found = sorted(
+        (root / "sys/class/video4linux").glob("video*"), key=lambda path: int(path.name[5:] or 0)
+    )
+    links = {
+        path: Path(path).resolve()
+        for kind in ("by-id", "by-path")
+        for path in sorted(map(str, (root / "dev/v4l" / kind).glob("*")))
+    }
     # the others carry a camera's metadata
     nodes = [path for path in found if _text(path / "index") in ("", "0")]
     usb = [_usb_device(path) for path in nodes]
     serials = [_text(place / "serial") if place else "" for place in usb]
-    return tuple(_device(root, path, place, serial if _own(serial) and serials.count(serial) == 1 else "", links)
-                 for path, place, serial in zip(nodes, usb, serials, strict=True))
+    return tuple(
+        _device(
+            root, path, place, serial if _own(serial) and serials.count(serial) == 1 else "", links
+        )
+        for path, place, serial in zip(nodes, usb, serials, strict=True)
+    )
 
 
 def find_device(target: str, root: Path = Path("/")) -> VideoDevice:
     """Find the camera named 0, /dev/video0 or /dev/v4l/by-…/NAME; BadInput for another path, NotFound if it is off."""
     path = f"/dev/video{target}" if re.fullmatch(r"[0-9]{1,3}", target) else target
     if not NAMED.fullmatch(path) or "/../" in path or path.endswith("/.."):
-        raise BadInput(say("v4l2.not-an-address", "The address does not name a camera on this machine."),
-                       say("v4l2.address-form", "Use v4l2://0, or v4l2:///dev/v4l/by-id/NAME with a name from that "
-                           "folder."), reason="bad-source")
+        raise BadInput(
+            say("v4l2.not-an-address", "The address does not name a camera on this machine."),
+            say(
+                "v4l2.address-form",
+                "Use v4l2://0, or v4l2:///dev/v4l/by-id/NAME with a name from that folder.",
+            ),
+            reason="bad-source",
+        )
     known = list_devices(root)
     try:
         node = "/" + str((root / path[1:]).resolve().relative_to(root.resolve()))
@@ -92,16 +129,26 @@ def find_device(target: str, root: Path = Path("/")) -> VideoDevice:
         if device.node == node:
             return device
     there = [f"{device.address} ({device.model})" for device in known]
-    raise NotFound(say("v4l2.not-found", "There is no camera {name!r} on this machine.", name=target),
-                   say("v4l2.connected", "Connected cameras: {cameras}.", cameras=there)
-                   if there else say("v4l2.none-connected", "Connected cameras: none."), reason="unknown-camera")
+    raise NotFound(
+        say("v4l2.not-found", "There is no camera {name!r} on this machine.", name=target),
+        say("v4l2.connected", "Connected cameras: {cameras}.", cameras=there)
+        if there
+        else say("v4l2.none-connected", "Connected cameras: none."),
+        reason="unknown-camera",
+    )
 
 
-def _device(root: Path, path: Path, usb: Path | None, serial: str, links: dict[str, Path]) -> VideoDevice:
+def _device(
+    root: Path, path: Path, usb: Path | None, serial: str, links: dict[str, Path]
+) -> VideoDevice:
     here = (root / "dev" / path.name).resolve()
-    ours = tuple("/" + str(Path(link).relative_to(root)) for link, target in links.items() if target == here)
+    ours = tuple(
+        "/" + str(Path(link).relative_to(root)) for link, target in links.items() if target == here
+    )
     by_path = next((Path(link).name for link in ours if "/by-path/" in link), "")
-    product = ":".join(filter(None, (_text(usb / "idVendor"), _text(usb / "idProduct")))) if usb else ""
+    product = (
+        ":".join(filter(None, (_text(usb / "idVendor"), _text(usb / "idProduct")))) if usb else ""
+    )
     model = " ".join(filter(None, (_text(path / "name"), f"({product})" if product else "")))
     port = by_path or (usb.name if usb else (path / "device").resolve().name)
     return VideoDevice(f"/dev/{path.name}", model, serial, port, ours)
@@ -142,14 +189,34 @@ class NumericProperty:
     manual_mode: float = 0
 
 
-PROPERTIES = {one.name: one for one in (
-    NumericProperty("exposure", "Exposure time", cv2.CAP_PROP_EXPOSURE, "µs", (100, 10_000_000), EXPOSURE_STEP_US,
-           cv2.CAP_PROP_AUTO_EXPOSURE, lambda mode: mode in AUTOMATIC, AUTOMATIC, MANUAL),
-    NumericProperty("gain", "Gain", cv2.CAP_PROP_GAIN, "", (0, 10_000)),
-    NumericProperty("white_balance", "White balance", cv2.CAP_PROP_WB_TEMPERATURE, "K", (1000, 20_000), 1.0,
-           cv2.CAP_PROP_AUTO_WB),
-    NumericProperty("frame_rate", "Frame rate", cv2.CAP_PROP_FPS, "Hz", (0.1, 240)),
-)}
+PROPERTIES = {
+    one.name: one
+    for one in (
+        NumericProperty(
+            "exposure",
+            "Exposure time",
+            cv2.CAP_PROP_EXPOSURE,
+            "µs",
+            (100, 10_000_000),
+            EXPOSURE_STEP_US,
+            cv2.CAP_PROP_AUTO_EXPOSURE,
+            lambda mode: mode in AUTOMATIC,
+            AUTOMATIC,
+            MANUAL,
+        ),
+        NumericProperty("gain", "Gain", cv2.CAP_PROP_GAIN, "", (0, 10_000)),
+        NumericProperty(
+            "white_balance",
+            "White balance",
+            cv2.CAP_PROP_WB_TEMPERATURE,
+            "K",
+            (1000, 20_000),
+            1.0,
+            cv2.CAP_PROP_AUTO_WB,
+        ),
+        NumericProperty("frame_rate", "Frame rate", cv2.CAP_PROP_FPS, "Hz", (0.1, 240)),
+    )
+}
 
 
 def read_controls(device: cv2.VideoCapture) -> tuple[Control, ...]:
@@ -194,7 +261,15 @@ def _number(device: cv2.VideoCapture, one: NumericProperty) -> Control | None:
 
 def _resolution(device: cv2.VideoCapture) -> Control:
     now = f"{device.get(cv2.CAP_PROP_FRAME_WIDTH):.0f}x{device.get(cv2.CAP_PROP_FRAME_HEIGHT):.0f}"
-    return Control("resolution", "Resolution", "choice", now, "px", None, tuple(dict.fromkeys((now, *USUAL_SIZES))))
+    return Control(
+        "resolution",
+        "Resolution",
+        "choice",
+        now,
+        "px",
+        None,
+        tuple(dict.fromkeys((now, *USUAL_SIZES))),
+    )
 
 
 def _set_resolution(device: cv2.VideoCapture, value: Any) -> Control:
@@ -207,9 +282,16 @@ def _set_resolution(device: cv2.VideoCapture, value: Any) -> Control:
     device.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
     control = _resolution(device)
     if control.value == before != value:
-        raise BadInput(say("v4l2.resolution-refused", "The camera does not accept {wanted}. The resolution is still "
-                           "{resolution}.", wanted=value, resolution=before),
-                       say("v4l2.another-resolution", "Try another resolution."), reason="bad-control")
+        raise BadInput(
+            say(
+                "v4l2.resolution-refused",
+                "The camera does not accept {wanted}. The resolution is still {resolution}.",
+                wanted=value,
+                resolution=before,
+            ),
+            say("v4l2.another-resolution", "Try another resolution."),
+            reason="bad-control",
+        )
     return control
 
 
@@ -228,20 +310,36 @@ class V4l2Source(BaseSource):
     HELP: ClassVar = "A webcam or a capture card, connected to the machine that runs Touchline."
     TARGET: ClassVar = "its number, or its permanent name under /dev/v4l/by-id or by-path"
     OPTIONS: ClassVar = (
-        Option("size", "text", "", "Width and height. If not set: the camera's default.", unit="px"),
-        Option("fps", "float", None, "Frames per second. If not set: the camera's default.", (0.1, 240)),
-        Option("format", "choice", "auto", "Pixel format: compressed (MJPG) or raw (YUYV). Automatic uses MJPG from "
-                                           "1280 × 720 upwards.", choices=("auto", "MJPG", "YUYV")),
+        Option(
+            "size", "text", "", "Width and height. If not set: the camera's default.", unit="px"
+        ),
+        Option(
+            "fps", "float", None, "Frames per second. If not set: the camera's default.", (0.1, 240)
+        ),
+        Option(
+            "format",
+            "choice",
+            "auto",
+            "Pixel format: compressed (MJPG) or raw (YUYV). Automatic uses MJPG from "
+            "1280 × 720 upwards.",
+            choices=("auto", "MJPG", "YUYV"),
+        ),
     )
     root: ClassVar[Path] = Path("/")
     opener: ClassVar = staticmethod(lambda node: cv2.VideoCapture(node, cv2.CAP_V4L2))
 
-    def __init__(self, capture: cv2.VideoCapture, identity: Identity,
-                 read_image: Callable[[bytes], Frame] | None = None) -> None:
+    def __init__(
+        self,
+        capture: cv2.VideoCapture,
+        identity: Identity,
+        read_image: Callable[[bytes], Frame] | None = None,
+    ) -> None:
         self._capture: cv2.VideoCapture | None = capture
         self._identity = identity
         # None where the pixels come decoded
-        self._read_image = read_image if read_image is not None and _keeps_compressed(capture) else None
+        self._read_image = (
+            read_image if read_image is not None and _keeps_compressed(capture) else None
+        )
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
@@ -250,10 +348,20 @@ class V4l2Source(BaseSource):
         capture = cls.opener(device.node)
         if not capture.isOpened():
             capture.release()
-            raise Unavailable(say("v4l2.cannot-open", "The camera {node} ({model}) cannot be opened.", node=device.node,
-                                  model=device.model),
-                              say("v4l2.close-others", "Close other programs that use it, and add Touchline's user "
-                                  "to the group video."), reason="camera-busy")
+            raise Unavailable(
+                say(
+                    "v4l2.cannot-open",
+                    "The camera {node} ({model}) cannot be opened.",
+                    node=device.node,
+                    model=device.model,
+                ),
+                say(
+                    "v4l2.close-others",
+                    "Close other programs that use it, and add Touchline's user "
+                    "to the group video.",
+                ),
+                reason="camera-busy",
+            )
         _begin(capture, size, options["fps"], options["format"])
         return cls(capture, device.identity, context.read)
 
@@ -273,8 +381,11 @@ class V4l2Source(BaseSource):
                 continue
             with contextlib.suppress(BadImage):  # USB loses a part now and then
                 return self._read_image(data)
-        raise Unavailable(SENDS_NO_IMAGES, say("v4l2.check-plug", "Check its plug and its cable."),
-                          reason="camera-silent")
+        raise Unavailable(
+            SENDS_NO_IMAGES,
+            say("v4l2.check-plug", "Check its plug and its cable."),
+            reason="camera-silent",
+        )
 
     def close(self) -> None:
         if self._capture is not None:
@@ -301,8 +412,13 @@ def _decoded(pixels: Pixels) -> Frame:
     return Frame(pixels)
 
 
-def _begin(capture: cv2.VideoCapture, size: tuple[int, int] | None, fps: float | None, format: str) -> None:
-    width, height = size or (capture.get(cv2.CAP_PROP_FRAME_WIDTH), capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
+def _begin(
+    capture: cv2.VideoCapture, size: tuple[int, int] | None, fps: float | None, format: str
+) -> None:
+    width, height = size or (
+        capture.get(cv2.CAP_PROP_FRAME_WIDTH),
+        capture.get(cv2.CAP_PROP_FRAME_HEIGHT),
+    )
     if format == "auto" and width * height >= MJPG_FROM_PX:
         format = "MJPG"
     if format != "auto":
@@ -317,6 +433,9 @@ def _begin(capture: cv2.VideoCapture, size: tuple[int, int] | None, fps: float |
 def _size(text: str) -> tuple[int, int]:
     found = SIZE.fullmatch(text)
     if not found:
-        raise BadInput(say("v4l2.not-a-size", "{text!r} is not a size.", text=text[:40]),
-                       say("v4l2.enter-size", "Enter width x height, such as 1280x720."), reason="bad-option")
+        raise BadInput(
+            say("v4l2.not-a-size", "{text!r} is not a size.", text=text[:40]),
+            say("v4l2.enter-size", "Enter width x height, such as 1280x720."),
+            reason="bad-option",
+        )
     return int(found[1]), int(found[2])

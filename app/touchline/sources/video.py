@@ -32,8 +32,13 @@ class VideoSource(BaseSource):
     TARGET: ClassVar = "the file's name"
     OPTIONS: ClassVar = (
         Option("loop", "bool", True, "Start again after the last frame."),
-        Option("pace", "choice", "real", "At the recorded frame rate, or as fast as possible.",
-               choices=("real", "fast")),
+        Option(
+            "pace",
+            "choice",
+            "real",
+            "At the recorded frame rate, or as fast as possible.",
+            choices=("real", "fast"),
+        ),
         Option("start_s", "float", 0.0, "Start time in the video.", (0, 1e6), "s"),
         Option("fps", "float", None, "Frames per second. If not set: as recorded.", (0.1, 240)),
     )
@@ -52,16 +57,25 @@ class VideoSource(BaseSource):
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         path = file_within(pictures_folder(context), target, "video")
         if not _is_video(path):
-            raise BadInput(say("video.not-supported", "{name!r} is not a supported video.", name=target),
-                           say("video.use-format", "Use MP4, MOV, AVI, MKV or WebM."), reason="unknown-video-format")
+            raise BadInput(
+                say("video.not-supported", "{name!r} is not a supported video.", name=target),
+                say("video.use-format", "Use MP4, MOV, AVI, MKV or WebM."),
+                reason="unknown-video-format",
+            )
         opened = cls(path, options)
         opened._pending = opened._decoded(opened._begin())
         if opened._pending is None:
             opened.close()
-            raise BadInput(say("video.no-frames", "The video {name!r} has no frames after {start_s:g} s.", name=target,
-                               start_s=options["start_s"]),
-                           say("video.start-earlier", "Start earlier, or convert it to MP4 with H.264."),
-                           reason="undecodable-video")
+            raise BadInput(
+                say(
+                    "video.no-frames",
+                    "The video {name!r} has no frames after {start_s:g} s.",
+                    name=target,
+                    start_s=options["start_s"],
+                ),
+                say("video.start-earlier", "Start earlier, or convert it to MP4 with H.264."),
+                reason="undecodable-video",
+            )
         return opened
 
     def read(self) -> Frame:
@@ -71,8 +85,11 @@ class VideoSource(BaseSource):
             self._rounds_s += self._moment_s + self._interval_s
             frame = self._decoded(self._begin())
         if frame is None:
-            raise Unavailable(say("video.ended", "The video has ended."),
-                              say("video.open-again", "Open it again, or with loop=true."), reason="source-ended")
+            raise Unavailable(
+                say("video.ended", "The video has ended."),
+                say("video.open-again", "Open it again, or with loop=true."),
+                reason="source-ended",
+            )
         if self._options["pace"] == "real":
             self._pace.wait_for(self._rounds_s + self._moment_s)
         return frame
@@ -91,12 +108,22 @@ class VideoSource(BaseSource):
         """Open the decoder at the first frame; close the one before."""
         self.close()
         from touchline.sources.ffmpeg import VideoDecoder
+
         self._decoder = decoder = VideoDecoder.open(str(self._path))
         if decoder is None:
-            raise BadInput(say("video.cannot-decode", "The video {name!r} cannot be decoded.", name=self._path.name),
-                           say("video.convert", "Convert it to MP4 with H.264."), reason="undecodable-video")
+            raise BadInput(
+                say(
+                    "video.cannot-decode",
+                    "The video {name!r} cannot be decoded.",
+                    name=self._path.name,
+                ),
+                say("video.convert", "Convert it to MP4 with H.264."),
+                reason="undecodable-video",
+            )
         stated_s, fps = decoder.interval_s, self._options["fps"]
-        self._interval_s = 1 / fps if fps else stated_s if stated_s and 0.001 <= stated_s <= 10 else 0.04
+        self._interval_s = (
+            1 / fps if fps else stated_s if stated_s and 0.001 <= stated_s <= 10 else 0.04
+        )
         self._index = 0
         if self._options["start_s"]:
             decoder.start_at(self._options["start_s"])
@@ -107,7 +134,11 @@ class VideoSource(BaseSource):
         if frame is None:
             return None
         stated_s = None if decoder.moment_s is None else decoder.moment_s - self._options["start_s"]
-        believable = self._options["fps"] is None and stated_s is not None and (stated_s > 0 or self._index == 0)
+        believable = (
+            self._options["fps"] is None
+            and stated_s is not None
+            and (stated_s > 0 or self._index == 0)
+        )
         self._moment_s = max(0.0, stated_s or 0.0) if believable else self._index * self._interval_s
         self._index += 1
         return frame
@@ -120,10 +151,15 @@ def read_video(path: str) -> Generator[tuple[float, Frame], None, None]:
     """
     file = Path(path)
     if not file.is_file():
-        raise NotFound(say("rolls.unknown-video", "There is no video {name!r}.", name=file.name),
-                       say("rolls.check-path", "Check the path."), reason="unknown-video")
+        raise NotFound(
+            say("rolls.unknown-video", "There is no video {name!r}.", name=file.name),
+            say("rolls.check-path", "Check the path."),
+            reason="unknown-video",
+        )
     options = {"loop": False, "pace": "fast", "start_s": 0.0, "fps": None}
-    with closing(VideoSource.open(file.name, options, SourceContext(pictures=file.parent))) as video:
+    with closing(
+        VideoSource.open(file.name, options, SourceContext(pictures=file.parent))
+    ) as video:
         while True:
             try:
                 frame = video.read()
@@ -161,4 +197,8 @@ def _is_video(path: Path) -> bool:
             head = file.read(12)
     except OSError:
         return False
-    return head[4:8] in MP4 or head.startswith(MATROSKA) or (head[:4] == b"RIFF" and head[8:] == b"AVI ")
+    return (
+        head[4:8] in MP4
+        or head.startswith(MATROSKA)
+        or (head[:4] == b"RIFF" and head[8:] == b"AVI ")
+    )

@@ -26,22 +26,29 @@ def build(kind: Callable[Fields, Built], *args: Fields.args, **values: Fields.kw
     except (TypeError, ValueError):
         for name, value in values.items():
             if not _fits(kind, name, value):
-                raise BadInput(f"{name} cannot be sent: {value!r}.", "Correct it.", reason="bad-protobuf") from None
+                raise BadInput(
+                    f"{name} cannot be sent: {value!r}.", "Correct it.", reason="bad-protobuf"
+                ) from None
         raise
 
 
 def encode(message: Message) -> bytes:
     """Return the message's bytes, fields in the order of their numbers; BadInput where it is not whole."""
     if (problem := _problem(message)) is not None:
-        raise BadInput(f"This message cannot be sent: {problem}.", "Correct it.", reason="bad-protobuf")
+        raise BadInput(
+            f"This message cannot be sent: {problem}.", "Correct it.", reason="bad-protobuf"
+        )
     return message.SerializeToString()
 
 
 def decode(kind: type[Built], data: bytes) -> Built:
     """Return the message in the bytes; BadInput where they are none of that kind."""
     if len(data) > MAX_BYTES:
-        raise BadInput(f"The message has {len(data)} bytes. The limit for a datagram is {MAX_BYTES}.",
-                       "Send a single packet.", reason="bad-protobuf")
+        raise BadInput(
+            f"The message has {len(data)} bytes. The limit for a datagram is {MAX_BYTES}.",
+            "Send a single packet.",
+            reason="bad-protobuf",
+        )
     message = kind()
     try:
         message.ParseFromString(data)
@@ -49,8 +56,11 @@ def decode(kind: type[Built], data: bytes) -> Built:
     except DecodeError:
         problem = "it ends within a field, or a field is damaged"
     if problem is not None:
-        raise BadInput(f"This message is not valid: {problem}.",
-                       "Send a packet in the format of the league's software.", reason="bad-protobuf")
+        raise BadInput(
+            f"This message is not valid: {problem}.",
+            "Send a packet in the format of the league's software.",
+            reason="bad-protobuf",
+        )
     return message
 
 
@@ -85,6 +95,10 @@ def _problem(message: Message) -> str | None:
             if (problem := _problem(part)) is not None:
                 return problem
     if not message.IsInitialized():  # its parts are, or they would have been named
-        missing = next(f.name for f in message.DESCRIPTOR.fields if f.is_required and not message.HasField(f.name))
+        missing = next(
+            f.name
+            for f in message.DESCRIPTOR.fields
+            if f.is_required and not message.HasField(f.name)
+        )
         return f"{message.DESCRIPTOR.name} has no {missing}"
     return None

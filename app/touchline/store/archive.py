@@ -50,25 +50,47 @@ FIX = "Use another archive. This archive cannot be restored."
 UNFINISHED = "restore-unfinished"  # while it is there, the folder is not opened
 
 
-def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock,
-                   archived_camera: Callable[[dict[str, Any]], dict[str, Any]]) -> Iterator[bytes]:
+def archive_pieces(
+    database: Database,
+    folder: Path,
+    fields: Path | None,
+    clock: Clock,
+    archived_camera: Callable[[dict[str, Any]], dict[str, Any]],
+) -> Iterator[bytes]:
     """Return the zip piece by piece: one consistent state of the database, however slowly it is read.
 
     The rows are read before the first piece, so that what cannot be read is no archive that ends in the middle.
     """
     with database.failures.noted("The archive"), ExitStack() as undo:
         tables = undo.enter_context(tempfile.TemporaryFile(dir=folder))
-        pieces = _pieces(tables, *_copy_tables(database, tables, archived_camera), folder, fields, clock)
+        pieces = _pieces(
+            tables, *_copy_tables(database, tables, archived_camera), folder, fields, clock
+        )
         undo.pop_all()
     return pieces
 
 
-def _pieces(tables: IO[bytes], rows: Mapping[str, int], pictures: Set[str], folder: Path, fields: Path | None,
-            clock: Clock) -> Iterator[bytes]:
+def _pieces(
+    tables: IO[bytes],
+    rows: Mapping[str, int],
+    pictures: Set[str],
+    folder: Path,
+    fields: Path | None,
+    clock: Clock,
+) -> Iterator[bytes]:
     pipe = _Pipe()
     with tables, zipfile.ZipFile(pipe, "w", zipfile.ZIP_DEFLATED) as out:
-        out.writestr("touchline.json", json.dumps({"format": FORMAT, "form": FORM, "software": __version__,
-                                                   "made_at": timestamp(clock)}))
+        out.writestr(
+            "touchline.json",
+            json.dumps(
+                {
+                    "format": FORMAT,
+                    "form": FORM,
+                    "software": __version__,
+                    "made_at": timestamp(clock),
+                }
+            ),
+        )
         tables.seek(0)
         for name, count in rows.items():
             with out.open(f"tables/{name}.jsonl", "w", force_zip64=True) as member:
@@ -88,13 +110,20 @@ def _pieces(tables: IO[bytes], rows: Mapping[str, int], pictures: Set[str], fold
             yield from pipe.take(CHUNK)
         for path in sorted(fields.glob("*.yaml")) if fields is not None and fields.is_dir() else ():
             out.write(path, f"fields/{path.name}")
-        out.writestr("end.json", json.dumps({"rows": rows, "pictures": len(pictures) - len(missing),
-                                             "missing": missing}))
+        out.writestr(
+            "end.json",
+            json.dumps(
+                {"rows": rows, "pictures": len(pictures) - len(missing), "missing": missing}
+            ),
+        )
     yield from pipe.take(1)
 
 
-def _copy_tables(database: Database, out: IO[bytes], archived_camera: Callable[[dict[str, Any]], dict[str, Any]],
-                 ) -> tuple[dict[str, int], set[str]]:
+def _copy_tables(
+    database: Database,
+    out: IO[bytes],
+    archived_camera: Callable[[dict[str, Any]], dict[str, Any]],
+) -> tuple[dict[str, int], set[str]]:
     counts: dict[str, int] = {}
     pictures: set[str] = set()
     with database.reading() as rows:
@@ -105,7 +134,10 @@ def _copy_tables(database: Database, out: IO[bytes], archived_camera: Callable[[
             counts[table.__tablename__] = 0
             every = select(*columns).order_by(*table.__mapper__.primary_key)
             for row in rows.execute(every.execution_options(yield_per=500)):
-                values = {column.name: getattr(row, column.key, row[number]) for number, column in enumerate(columns)}
+                values = {
+                    column.name: getattr(row, column.key, row[number])
+                    for number, column in enumerate(columns)
+                }
                 if table is CameraRow:
                     values = archived_camera(values)
                 out.write(json.dumps(values).encode("ascii") + b"\n")
@@ -128,12 +160,23 @@ def restore_archive(file: Path, database: Database, folder: Path) -> dict[str, i
             with database.writing("The archive") as rows:
                 counts = _restore_tables(source, rows, database.is_sqlite)
                 if counts != json.loads(_read(source, "end.json", MAX_HEAD_BYTES))["rows"]:
-                    raise BadInput("The archive is incomplete: rows are missing.", FIX, reason="bad-archive")
+                    raise BadInput(
+                        "The archive is incomplete: rows are missing.", FIX, reason="bad-archive"
+                    )
             return counts
-    except (zipfile.BadZipFile, zlib.error, KeyError, TypeError, ValueError, EOFError, NotImplementedError,
-            RecursionError) as error:
-        raise BadInput(f"{file.name} is not a complete Touchline archive: {error}.", FIX,
-                       reason="bad-archive") from None
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        KeyError,
+        TypeError,
+        ValueError,
+        EOFError,
+        NotImplementedError,
+        RecursionError,
+    ) as error:
+        raise BadInput(
+            f"{file.name} is not a complete Touchline archive: {error}.", FIX, reason="bad-archive"
+        ) from None
 
 
 def _read(source: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
@@ -144,18 +187,28 @@ def _read(source: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
 
 def _bounded(data: bytes, name: str, max_bytes: int) -> bytes:
     if len(data) > max_bytes:
-        raise BadInput(f"{name} in the archive is larger than {max_bytes >> 20} MiB.", FIX,
-                       reason="bad-archive")
+        raise BadInput(
+            f"{name} in the archive is larger than {max_bytes >> 20} MiB.",
+            FIX,
+            reason="bad-archive",
+        )
     return data
 
 
 def _check_head(source: zipfile.ZipFile) -> None:
     head = json.loads(_read(source, "touchline.json", MAX_HEAD_BYTES))
     if head["format"] != FORMAT:
-        raise BadInput(f"The archive has the format {head['format']!r}, not {FORMAT}.", FIX, reason="bad-archive")
+        raise BadInput(
+            f"The archive has the format {head['format']!r}, not {FORMAT}.",
+            FIX,
+            reason="bad-archive",
+        )
     if head["form"] != FORM:
-        raise Conflict(f"The archive has the table format {head['form']}; this Touchline supports {FORM}.",
-                       f"Restore it with Touchline {head['software']}, then update.", reason="archive-form")
+        raise Conflict(
+            f"The archive has the table format {head['form']}; this Touchline supports {FORM}.",
+            f"Restore it with Touchline {head['software']}, then update.",
+            reason="archive-form",
+        )
 
 
 def _restore_tables(source: zipfile.ZipFile, rows: Session, is_sqlite: bool) -> dict[str, int]:
@@ -170,14 +223,24 @@ def _restore_tables(source: zipfile.ZipFile, rows: Session, is_sqlite: bool) -> 
                 rows.execute(insert(table.metadata.tables[name]).values(values))
                 counts[name] += 1
         if not is_sqlite and "sequence" in keys:
-            rows.execute(text(f"SELECT setval(pg_get_serial_sequence('{name}', 'sequence'), "
-                              f"greatest(1, (SELECT coalesce(max(sequence), 1) FROM {name})))"))
+            rows.execute(
+                text(
+                    f"SELECT setval(pg_get_serial_sequence('{name}', 'sequence'), "
+                    f"greatest(1, (SELECT coalesce(max(sequence), 1) FROM {name})))"
+                )
+            )
     return counts
 
 
 def _check_row(table: Any, values: Mapping[str, Any]) -> None:
-    if issubclass(table, Checksummed) and values["damaged"] is None and not is_intact(SimpleNamespace(**values), table):
-        raise BadInput(f"A row of {table.__tablename__} in the archive is damaged.", FIX, reason="bad-archive")
+    if (
+        issubclass(table, Checksummed)
+        and values["damaged"] is None
+        and not is_intact(SimpleNamespace(**values), table)
+    ):
+        raise BadInput(
+            f"A row of {table.__tablename__} in the archive is damaged.", FIX, reason="bad-archive"
+        )
 
 
 def _restore_file(source: zipfile.ZipFile, name: str, folder: Path) -> None:
@@ -186,7 +249,9 @@ def _restore_file(source: zipfile.ZipFile, name: str, folder: Path) -> None:
     if kind == "pictures" and PICTURE.fullmatch(file):
         data = _read(source, name, MAX_FILE_BYTES)
         if sha256(data).hexdigest() != file[:64]:
-            raise BadInput(f"The image {file} in the archive is damaged.", FIX, reason="bad-archive")
+            raise BadInput(
+                f"The image {file} in the archive is damaged.", FIX, reason="bad-archive"
+            )
         write_atomically(make_folder(folder / kind) / file, data)
     elif kind == "fields" and FIELD.fullmatch(file):
         write_atomically(make_folder(folder / kind) / file, _read(source, name, MAX_HEAD_BYTES))
@@ -221,11 +286,17 @@ class _Pipe:
 def restore_into(file: Path, folder: Path, database: str | None) -> dict[str, int]:
     """Restore the archive and count the rows of each table; Conflict if the folder or the database is not empty."""
     if not file.is_file():
-        raise NotFound(f"The file {file} does not exist.", "Choose a zip file from archive or GET /archive.",
-                       reason="no-archive")
+        raise NotFound(
+            f"The file {file} does not exist.",
+            "Choose a zip file from archive or GET /archive.",
+            reason="no-archive",
+        )
     if folder.is_dir() and any(folder.iterdir()):
-        raise Conflict(f"The folder {folder} is not empty.", "Choose an empty or a new folder. Existing data is never "
-                       "overwritten.", reason="folder-not-empty")
+        raise Conflict(
+            f"The folder {folder} is not empty.",
+            "Choose an empty or a new folder. Existing data is never overwritten.",
+            reason="folder-not-empty",
+        )
     is_new = not folder.is_dir()
     make_folder(folder)
     with closing(FolderLock(folder)):
@@ -253,8 +324,11 @@ def _remove_all(folder: Path, itself: bool) -> None:
 def refuse_unfinished(folder: Path) -> None:
     """Raise Unavailable for a folder in which a restore was cut short."""
     if (folder / UNFINISHED).exists():
-        raise Unavailable(f"The folder {folder} is from an incomplete restore.",
-                          "Delete that folder and restore the archive again.", reason="restore-unfinished")
+        raise Unavailable(
+            f"The folder {folder} is from an incomplete restore.",
+            "Delete that folder and restore the archive again.",
+            reason="restore-unfinished",
+        )
 
 
 def _fill(file: Path, folder: Path, setting: str | None) -> dict[str, int]:
@@ -266,6 +340,9 @@ def _fill(file: Path, folder: Path, setting: str | None) -> dict[str, int]:
     database, lock = open_postgresql(setting, folder, Quarantine(folder / "quarantine"), {})
     with closing(database), closing(lock):
         if database.changes() != 0:
-            raise Conflict("The database is not empty.", "Enter a new database in the settings. Existing data is "
-                           "never overwritten.", reason="database-not-empty")
+            raise Conflict(
+                "The database is not empty.",
+                "Enter a new database in the settings. Existing data is never overwritten.",
+                reason="database-not-empty",
+            )
         return restore_archive(file, database, folder)

@@ -66,8 +66,14 @@ class Backups:
     held: locked while a copy is made, and by who replaces the database.
     """
 
-    def __init__(self, folder: Path, source: Path, limit_bytes: int = BACKUPS_BYTES, clock: Clock = utc_now,
-                 is_damaged: Callable[[], bool] = lambda: False) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        source: Path,
+        limit_bytes: int = BACKUPS_BYTES,
+        clock: Clock = utc_now,
+        is_damaged: Callable[[], bool] = lambda: False,
+    ) -> None:
         self._folder = make_folder(folder)
         self.source = source
         self._clock = clock
@@ -85,7 +91,9 @@ class Backups:
     def all(self) -> list[Backup]:
         """Return all, newest first."""
         matches = ((NAME.fullmatch(path.name), path) for path in self._folder.iterdir())
-        found = [Backup(int(match["changes"]), match["hour"], path) for match, path in matches if match]
+        found = [
+            Backup(int(match["changes"]), match["hour"], path) for match, path in matches if match
+        ]
         return sorted(found, reverse=True)
 
     def newest_good(self) -> Backup | None:
@@ -111,8 +119,13 @@ class Backups:
         """Return what an operator should know about the backups."""
         if self._failure is None:
             return ()
-        return (Warning("no-backup", say("backup.failed", "The last backup failed: {error}.", error=self._failure),
-                        say("backup.check-disk", "Check the disk of the data folder, and free some space.")),)
+        return (
+            Warning(
+                "no-backup",
+                say("backup.failed", "The last backup failed: {error}.", error=self._failure),
+                say("backup.check-disk", "Check the disk of the data folder, and free some space."),
+            ),
+        )
 
     def make(self) -> None:
         """Copy the database now, check the copy, and only then give it its name."""
@@ -121,15 +134,19 @@ class Backups:
         size_bytes = self.source.stat().st_size
         if free_bytes(self._folder) < size_bytes + MIN_FREE_BYTES:
             raise OSError(say("backup.disk-nearly-full", "the disk is nearly full"))
-        with (closing(sqlite3.connect(self.source, timeout=5)) as source,
-              closing(sqlite3.connect(unfinished, isolation_level=None)) as copy):
+        with (
+            closing(sqlite3.connect(self.source, timeout=5)) as source,
+            closing(sqlite3.connect(unfinished, isolation_level=None)) as copy,
+        ):
             source.execute("PRAGMA query_only=ON")
             source.backup(copy)
             copy.execute("PRAGMA journal_mode=DELETE")  # one file, without a log beside it
             changes = count_changes(copy)
         damage = find_damage(unfinished)
         if damage is not None or changes is None:
-            raise OSError(say("backup.copy-damaged", "the copy is damaged: {damage}", damage=str(damage)))
+            raise OSError(
+                say("backup.copy-damaged", "the copy is damaged: {damage}", damage=str(damage))
+            )
         hour = self._clock().strftime("%Y-%m-%dT%H")
         replace_synced(unfinished, self._folder / f"{changes:012d}.{hour}.db")
         self._thin()
@@ -188,7 +205,9 @@ def _by_worth(backups: Sequence[Backup]) -> Iterator[Backup]:
     newest: dict[str, dict[object, Backup]] = {kind: {} for kind in KEPT}
     for backup in backups:
         began = datetime.strptime(backup.hour, "%Y-%m-%dT%H")
-        for kind, label in zip(KEPT, (backup, began, began.date(), began.isocalendar()[:2]), strict=True):
+        for kind, label in zip(
+            KEPT, (backup, began, began.date(), began.isocalendar()[:2]), strict=True
+        ):
             newest[kind].setdefault(label, backup)
     columns = [list(newest[kind].values())[:count] for kind, count in KEPT.items()]
     for row in zip_longest(*columns):

@@ -46,15 +46,25 @@ def version_etag(calibration: Calibration) -> str:
 
 def camera_key(camera: str | None) -> str:
     """Return a camera's name as the database has it."""
-    return sha256(b"" if camera is None else b"camera " + camera.encode("utf-8", "surrogatepass")).hexdigest()[:12]
+    return sha256(
+        b"" if camera is None else b"camera " + camera.encode("utf-8", "surrogatepass")
+    ).hexdigest()[:12]
 
 
 # Rows of versions, each with its camera's choice of the active one or None. Made once: that takes as long as they do.
-WITH_CHOICE = select(CalibrationRow, ActiveRow).outerjoin(ActiveRow, and_(
-    ActiveRow.camera_key == CalibrationRow.camera_key, ActiveRow.damaged.is_(None))).where(SHOWN)
+WITH_CHOICE = (
+    select(CalibrationRow, ActiveRow)
+    .outerjoin(
+        ActiveRow,
+        and_(ActiveRow.camera_key == CalibrationRow.camera_key, ActiveRow.damaged.is_(None)),
+    )
+    .where(SHOWN)
+)
 BY_ID = WITH_CHOICE.where(CalibrationRow.id == bindparam("id"))
-CHOSEN = WITH_CHOICE.where(ActiveRow.calibration == CalibrationRow.id,
-                           ActiveRow.camera_key.in_(bindparam("cameras", expanding=True)))
+CHOSEN = WITH_CHOICE.where(
+    ActiveRow.calibration == CalibrationRow.id,
+    ActiveRow.camera_key.in_(bindparam("cameras", expanding=True)),
+)
 
 # by the row's checksum, with how many characters it has
 Parsed = LruCache[str, tuple[int, Calibration]]
@@ -84,8 +94,9 @@ class FoundVersion:
     @property
     def calibration(self) -> Calibration:
         """Return the record, whose parts every caller shares: it is only read."""
-        _, known = self.parsed.get_or_make(self.sha256, lambda: (
-            len(self.body), Calibration.from_json(json.loads(self.body))))
+        _, known = self.parsed.get_or_make(
+            self.sha256, lambda: (len(self.body), Calibration.from_json(json.loads(self.body)))
+        )
         return known.activated(self.active)
 
 
@@ -106,9 +117,17 @@ class CalibrationRepository(Repository):
         """Save a new version; its id, version, date and maker are given here."""
         key = camera_key(calibration.camera)
         with self._database.writing("The calibration") as rows:
-            last = rows.scalar(select(func.max(CalibrationRow.version)).where(CalibrationRow.camera_key == key))
-            saved = replace(calibration, id=new_id(), version=(last or 0) + 1, created_at=timestamp(self._clock),
-                            made_by=by, active=False)
+            last = rows.scalar(
+                select(func.max(CalibrationRow.version)).where(CalibrationRow.camera_key == key)
+            )
+            saved = replace(
+                calibration,
+                id=new_id(),
+                version=(last or 0) + 1,
+                created_at=timestamp(self._clock),
+                made_by=by,
+                active=False,
+            )
             rows.add(calibration_row(saved))
         return saved
 
@@ -122,12 +141,16 @@ class CalibrationRepository(Repository):
             return self._chosen(row, choice)
         raise self._unknown(id)
 
-    def list(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[Calibration]:
+    def list(
+        self, camera: str | None = None, limit: int = 50, cursor: str | None = None
+    ) -> Page[Calibration]:
         """Return a page, newest first, of one camera or of all, without damaged ones."""
         page = self.found(camera, limit, cursor)
         return Page(tuple(one.calibration for one in page.items), page.next_cursor)
 
-    def found(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[FoundVersion]:
+    def found(
+        self, camera: str | None = None, limit: int = 50, cursor: str | None = None
+    ) -> Page[FoundVersion]:
         """Return the same page without parsing it: a tenth of the time."""
         active = self._active_ids()
         return self._page(limit, cursor, lambda row: self._found(row, active), *_shown(camera))
@@ -139,10 +162,15 @@ class CalibrationRepository(Repository):
         """
         with self._changing("The deletion", id, SHOWN) as (rows, row):
             self._check_version(row, etag)
-            if rows.scalar(select(ActiveRow.camera_key).where(ActiveRow.calibration == id)) is not None:
-                raise Conflict(say("calibration.is-active", "This calibration is active for its camera."),
-                               say("calibration.activate-another", "Activate another version first."),
-                               reason="calibration-active")
+            if (
+                rows.scalar(select(ActiveRow.camera_key).where(ActiveRow.calibration == id))
+                is not None
+            ):
+                raise Conflict(
+                    say("calibration.is-active", "This calibration is active for its camera."),
+                    say("calibration.activate-another", "Activate another version first."),
+                    reason="calibration-active",
+                )
             row.deleted_at = timestamp(self._clock)
 
     def restore(self, id: str, etag: str | None = None) -> Calibration:
@@ -162,7 +190,9 @@ class CalibrationRepository(Repository):
             row.body = json_text(replace(known, note=note, active=False).to_json(), "The note")
         return self.get(id)
 
-    def activate(self, id: str, by: str = "", etag: str | None = None, despite: Sequence[str] = ()) -> Calibration:
+    def activate(
+        self, id: str, by: str = "", etag: str | None = None, despite: Sequence[str] = ()
+    ) -> Calibration:
         """Make a version its camera's active one; the history says who did it, when, and despite which claims.
 
         etag: the id of the version that is active, NOTHING_ACTIVE for none; Stale if it is another one by now.
@@ -176,7 +206,9 @@ class CalibrationRepository(Repository):
                 raise self._unknown(id)  # deleted a moment ago
             self._check_active(activated, etag)
             rows.merge(checksummed(ActiveRow, chosen, what, **chosen))
-            row = ActivationRow(**chosen, at=timestamp(self._clock), by=by, despite=json.dumps(list(despite)))
+            row = ActivationRow(
+                **chosen, at=timestamp(self._clock), by=by, despite=json.dumps(list(despite))
+            )
             rows.add(row)
             rows.flush()  # which numbers it
             self._moments[row.sequence] = monotonic()
@@ -190,16 +222,32 @@ class CalibrationRepository(Repository):
         now, what = None, "No version of this camera is active now."
         if former is not None:
             now = {**self.history(chosen.camera, 1)[0], "version": self.get(former).version}
-            what = say("stale.activated", "{by} has activated version {version} since you opened this page.",
-                       by=now["by"] or say("stale.another-user", "Another user"), version=now["version"])
-        check_etag(etag, former or NOTHING_ACTIVE, what, "stale-activation", now,
-                   say("stale.compare-versions", "Compare the two versions, then activate the better one."))
+            what = say(
+                "stale.activated",
+                "{by} has activated version {version} since you opened this page.",
+                by=now["by"] or say("stale.another-user", "Another user"),
+                version=now["version"],
+            )
+        check_etag(
+            etag,
+            former or NOTHING_ACTIVE,
+            what,
+            "stale-activation",
+            now,
+            say(
+                "stale.compare-versions", "Compare the two versions, then activate the better one."
+            ),
+        )
 
     def _check_version(self, row: CalibrationRow, etag: str | None) -> Calibration:
         known = self._found(self._checked(row), self._active_ids(row.camera_key)).calibration
-        check_etag(etag, version_etag(known), say("stale.version", "Another user has changed this version "
-                   "since you opened it."),
-                   "stale-calibration", {"note": known.note, "active": known.active})
+        check_etag(
+            etag,
+            version_etag(known),
+            say("stale.version", "Another user has changed this version since you opened it."),
+            "stale-calibration",
+            {"note": known.note, "active": known.active},
+        )
         return known
 
     def active(self, camera: str | None) -> Calibration | None:
@@ -211,7 +259,11 @@ class CalibrationRepository(Repository):
         names = {camera_key(camera): camera for camera in cameras}
         pairs = self._pairs(CHOSEN, cameras=list(names))
         found = dict(self._intact(pairs, lambda pair: (pair[0].camera_key, self._chosen(*pair))))
-        return {camera: found[key].calibration for key, camera in names.items() if key in found and found[key].active}
+        return {
+            camera: found[key].calibration
+            for key, camera in names.items()
+            if key in found and found[key].active
+        }
 
     def active_id(self, camera: str | None) -> str | None:
         """Return the id of a camera's active version, also of a damaged one."""
@@ -219,10 +271,16 @@ class CalibrationRepository(Repository):
 
     def history(self, camera: str | None, limit: int = 50) -> tuple[dict[str, Any], ...]:
         """Return what was activated for a camera, newest first: {"calibration", "at", "by", "despite"}."""
-        query = (select(ActivationRow).where(ActivationRow.camera_key == camera_key(camera))
-                 .order_by(ActivationRow.sequence.desc()).limit(limit))
-        return tuple({"calibration": row.calibration, "at": row.at, "by": row.by, "despite": _despite(row)}
-                     for row in self._find(query))
+        query = (
+            select(ActivationRow)
+            .where(ActivationRow.camera_key == camera_key(camera))
+            .order_by(ActivationRow.sequence.desc())
+            .limit(limit)
+        )
+        return tuple(
+            {"calibration": row.calibration, "at": row.at, "by": row.by, "despite": _despite(row)}
+            for row in self._find(query)
+        )
 
     def activations(self, limit: int = 50) -> tuple[dict[str, Any], ...]:
         """Return what was activated for any camera, newest first.
@@ -231,14 +289,25 @@ class CalibrationRepository(Repository):
         damaged ones are not. camera: None for pictures from files. moment: monotonic; -inf for what was activated
         before the store was opened.
         """
-        query = (select(ActivationRow, CalibrationRow.version)
-                 .join(CalibrationRow, CalibrationRow.id == ActivationRow.calibration)
-                 .order_by(ActivationRow.sequence.desc()).limit(limit))
+        query = (
+            select(ActivationRow, CalibrationRow.version)
+            .join(CalibrationRow, CalibrationRow.id == ActivationRow.calibration)
+            .order_by(ActivationRow.sequence.desc())
+            .limit(limit)
+        )
         with self._database.reading() as rows:
             found = rows.execute(query).all()
-        return self._intact(found, lambda pair: {"camera": self._camera(pair[0]), "version": pair[1],
-                                                 "at": pair[0].at, "by": pair[0].by, "despite": _despite(pair[0]),
-                                                 "moment": self._moments.get(pair[0].sequence, -inf)})
+        return self._intact(
+            found,
+            lambda pair: {
+                "camera": self._camera(pair[0]),
+                "version": pair[1],
+                "at": pair[0].at,
+                "by": pair[0].by,
+                "despite": _despite(pair[0]),
+                "moment": self._moments.get(pair[0].sequence, -inf),
+            },
+        )
 
     def _camera(self, row: ActivationRow) -> str | None:
         """Return the name behind a key, which only a version's body has; read once, for it is always the same."""
@@ -281,8 +350,16 @@ def _despite(row: ActivationRow) -> list[str]:
 
 def calibration_row(calibration: Calibration) -> CalibrationRow:
     """Return a version as the database has it."""
-    return checksummed(CalibrationRow, calibration.to_json(), "The calibration", id=calibration.id,
-                       camera_key=camera_key(calibration.camera), version=calibration.version,
-                       parent=column_text(calibration.parent), snapshot=column_text(calibration.snapshot),
-                       software=column_text(calibration.software), created_at=column_text(calibration.created_at),
-                       made_by=column_text(calibration.made_by))
+    return checksummed(
+        CalibrationRow,
+        calibration.to_json(),
+        "The calibration",
+        id=calibration.id,
+        camera_key=camera_key(calibration.camera),
+        version=calibration.version,
+        parent=column_text(calibration.parent),
+        snapshot=column_text(calibration.snapshot),
+        software=column_text(calibration.software),
+        created_at=column_text(calibration.created_at),
+        made_by=column_text(calibration.made_by),
+    )

@@ -91,7 +91,9 @@ class CameraRepository(DocumentRepository):
                 with self._database.writing(self._what) as rows:
                     for row in filter(self._is_clear, rows.scalars(self._select())):
                         record = content(row)
-                        row.body = json_text({**record, **self._saved(record[self.member], None)}, self._what)
+                        row.body = json_text(
+                            {**record, **self._saved(record[self.member], None)}, self._what
+                        )
                         update_checksum(row)
         except TouchlineError as error:
             log.warning("passwords of cameras are still saved in clear: %s", error)
@@ -99,12 +101,25 @@ class CameraRepository(DocumentRepository):
     def warnings(self) -> tuple[Warning, ...]:
         """Return which cameras have lost their password; nothing where the database does not answer."""
         with suppress(TouchlineError):
-            if names := ", ".join(row.id for row in self._find(self._select()) if self._has_lost_password(row)):
-                return (Warning("camera-password-missing",
-                                say("camera.password-missing", "The password is missing for these cameras: {cameras}.",
-                                    cameras=names),
-                                say("camera.enter-password", "Enter the address of each again, with its password; or "
-                                    "put the file {file} back into the data folder and restart.", file=FILE)),)
+            if names := ", ".join(
+                row.id for row in self._find(self._select()) if self._has_lost_password(row)
+            ):
+                return (
+                    Warning(
+                        "camera-password-missing",
+                        say(
+                            "camera.password-missing",
+                            "The password is missing for these cameras: {cameras}.",
+                            cameras=names,
+                        ),
+                        say(
+                            "camera.enter-password",
+                            "Enter the address of each again, with its password; or "
+                            "put the file {file} back into the data folder and restart.",
+                            file=FILE,
+                        ),
+                    ),
+                )
         return ()
 
     def archived(self, values: Mapping[str, Any], passwords: bool) -> dict[str, Any]:
@@ -118,7 +133,9 @@ class CameraRepository(DocumentRepository):
             has_password = ENCRYPTED in record or self._is_clear(row)
             record |= {self.member: self._shown(body)} | ({ENCRYPTED: ""} if has_password else {})
         else:
-            record = {name: value for name, value in record.items() if name != ENCRYPTED} | {self.member: body}
+            record = {name: value for name, value in record.items() if name != ENCRYPTED} | {
+                self.member: body
+            }
         row.body = json_text(record, self._what)
         update_checksum(row)
         return {**values, "body": row.body, "sha256": row.sha256}
@@ -132,8 +149,12 @@ class CameraRepository(DocumentRepository):
     def _deleted(self, name: str) -> NotFound:
         return self._unknown(name)
 
-    def _head(self, rows: Session, before: CameraRow | None) -> tuple[dict[str, Any], dict[str, Any]]:
-        place, revision = (before.place, before.revision + 1) if before else (self._next_place(rows), 1)
+    def _head(
+        self, rows: Session, before: CameraRow | None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        place, revision = (
+            (before.place, before.revision + 1) if before else (self._next_place(rows), 1)
+        )
         return {"sequence": place, "revision": revision}, {"place": place, "revision": revision}
 
     def _saved(self, body: Mapping[str, Any], before: CameraRow | None) -> dict[str, Any]:
@@ -155,7 +176,9 @@ class CameraRepository(DocumentRepository):
 
     def _shown(self, body: Mapping[str, Any]) -> dict[str, Any]:
         source = body.get("source")
-        return {**body, "source": without_password(source)} if isinstance(source, str) else dict(body)
+        return (
+            {**body, "source": without_password(source)} if isinstance(source, str) else dict(body)
+        )
 
     def _is_clear(self, row: CameraRow) -> bool:
         """Whether it is a row from before passwords were encrypted, and has one."""
@@ -190,6 +213,10 @@ class IdentityRepository(Repository):
     def confirm(self, camera: str, evidence: Mapping[str, Any], by: str = "") -> None:
         """Let the id mean the camera with that evidence from now on. by: "" where nobody said so and it was seen."""
         check_name(camera, "The camera's identity")
-        record = {"confirmed_at": timestamp(self._clock), "confirmed_by": by, "evidence": dict(evidence)}
+        record = {
+            "confirmed_at": timestamp(self._clock),
+            "confirmed_by": by,
+            "evidence": dict(evidence),
+        }
         with self._database.writing("The camera's identity") as rows:
             rows.merge(checksummed(IdentityRow, record, "The camera's identity", camera=camera))

@@ -47,16 +47,27 @@ DAMAGED_CODES = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 def count_rows(rows: Session) -> dict[str, int]:
     """Count the rows of each table, by its name."""
-    counts = [select(func.count()).select_from(table).scalar_subquery() for table in ARCHIVED_TABLES]
-    return dict(zip((table.__tablename__ for table in ARCHIVED_TABLES), rows.execute(select(*counts)).one(),
-                    strict=True))
+    counts = [
+        select(func.count()).select_from(table).scalar_subquery() for table in ARCHIVED_TABLES
+    ]
+    return dict(
+        zip(
+            (table.__tablename__ for table in ARCHIVED_TABLES),
+            rows.execute(select(*counts)).one(),
+            strict=True,
+        )
+    )
 
 
 def count_missing_rows(rows: Session) -> dict[str, int]:
     """Count by table the rows that are gone since something was saved last; only tables that lack some."""
     counts = rows.scalar(select(LedgerRow.counts))
     saved: dict[str, int] = json.loads(counts) if counts else {}
-    return {name: saved[name] - count for name, count in count_rows(rows).items() if saved.get(name, 0) > count}
+    return {
+        name: saved[name] - count
+        for name, count in count_rows(rows).items()
+        if saved.get(name, 0) > count
+    }
 
 
 class Database:
@@ -125,10 +136,19 @@ class Database:
                 self.check_owner(rows)
                 yield rows
                 if self._failed:
-                    raise Unavailable(say("database.part-not-saved", "Nothing was saved, because a part of it could "
-                                          "not be saved."), REPEAT, reason="not-saved")
-                changes = rows.scalar(update(LedgerRow).values(
-                    changes=LedgerRow.changes + 1, counts=json.dumps(count_rows(rows))).returning(LedgerRow.changes))
+                    raise Unavailable(
+                        say(
+                            "database.part-not-saved",
+                            "Nothing was saved, because a part of it could not be saved.",
+                        ),
+                        REPEAT,
+                        reason="not-saved",
+                    )
+                changes = rows.scalar(
+                    update(LedgerRow)
+                    .values(changes=LedgerRow.changes + 1, counts=json.dumps(count_rows(rows)))
+                    .returning(LedgerRow.changes)
+                )
                 rows.commit()
                 self._changes = changes
                 self.on_commit()
@@ -163,7 +183,10 @@ class Database:
                     undo.callback(held.invalidate)  # whoever has it next opens the file anew
                     connection: Any = held.driver_connection
                     if engine is self._writer and _cannot_empty_log(connection):
-                        raise Busy(say("database.in-use", "Another program has the database open."), TRY_AGAIN)
+                        raise Busy(
+                            say("database.in-use", "Another program has the database open."),
+                            TRY_AGAIN,
+                        )
                     connection.close()
             yield changes
             self._changes = None
@@ -183,26 +206,38 @@ class Database:
             self.failures.note(told)
             raise told from error
         except NoConnection:
-            raise Busy(say("database.overloaded", "The database is overloaded."), TRY_AGAIN) from None
+            raise Busy(
+                say("database.overloaded", "The database is overloaded."), TRY_AGAIN
+            ) from None
 
     def _error(self, what: str | None, error: Exception) -> TouchlineError:
         done = not_saved(what) if what else say("database.cannot-read", "The data cannot be read:")
         cause = getattr(error, "orig", error)
         code = getattr(cause, "sqlite_errorcode", None)
         if code is not None and code & 0xFF in DAMAGED_CODES:
-            return Unavailable(join(done, say("database.is-damaged", "the database is damaged.")),
-                               say("database.restore", "Restore the newest good backup, under System, Server. If that "
-                                   "does not help, restart Touchline: it moves the damaged database to quarantine and "
-                                   "restores the newest backup."), reason=DAMAGED)
+            return Unavailable(
+                join(done, say("database.is-damaged", "the database is damaged.")),
+                say(
+                    "database.restore",
+                    "Restore the newest good backup, under System, Server. If that "
+                    "does not help, restart Touchline: it moves the damaged database to quarantine and "
+                    "restores the newest backup.",
+                ),
+                reason=DAMAGED,
+            )
         if self._is_full(cause, code):
             return DiskFull(join(done, DISK_IS_FULL), FREE_SPACE)
         if self.is_sqlite:
-            return Unavailable(join(done, because(str(cause))), CHECK_DISK,
-                               reason="not-saved")
+            return Unavailable(join(done, because(str(cause))), CHECK_DISK, reason="not-saved")
         if isinstance(error, OperationalError):
-            return Unavailable(join(done, say("database.is-silent", "the database is not responding.")),
-                               say("database.check-postgresql", "Check that PostgreSQL is running and can be "
-                                   "reached, then try again."), reason="database-away")
+            return Unavailable(
+                join(done, say("database.is-silent", "the database is not responding.")),
+                say(
+                    "database.check-postgresql",
+                    "Check that PostgreSQL is running and can be reached, then try again.",
+                ),
+                reason="database-away",
+            )
         raise error  # a mistake of ours: the log shall have all of it
 
     def _is_full(self, cause: Any, code: int | None) -> bool:
@@ -214,11 +249,22 @@ class Database:
         return code & 0xFF == sqlite3.SQLITE_IOERR and is_full(self._folder)
 
     def _sqlite(self, connections: int, *more: str) -> Engine:
-        engine = create_engine(self.url, pool_size=connections, max_overflow=0, pool_timeout=30,
-                               connect_args={"check_same_thread": False, "cached_statements": 64})
-        pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_MS}",
-                   # what was deleted is overwritten: it may have had a password
-                   "secure_delete=ON", *more)
+        engine = create_engine(
+            self.url,
+            pool_size=connections,
+            max_overflow=0,
+            pool_timeout=30,
+            connect_args={"check_same_thread": False, "cached_statements": 64},
+        )
+        pragmas = (
+            "journal_mode=WAL",
+            "synchronous=FULL",
+            "foreign_keys=ON",
+            f"busy_timeout={BUSY_MS}",
+            # what was deleted is overwritten: it may have had a password
+            "secure_delete=ON",
+            *more,
+        )
 
         @event.listens_for(engine, "connect")
         def _set(connection: Any, _: Any) -> None:
@@ -252,10 +298,15 @@ def postgresql_url(setting: str) -> URL:
     try:
         url = make_url(setting)
     except (ArgumentError, ValueError):
-        raise BadInput("The setting `database` is not the address of a database.", fix, reason="bad-settings") from None
+        raise BadInput(
+            "The setting `database` is not the address of a database.", fix, reason="bad-settings"
+        ) from None
     if url.get_backend_name() != "postgresql":
-        raise BadInput(f"The setting `database` names {url.get_backend_name()}, which is not supported.", fix,
-                       reason="bad-settings")
+        raise BadInput(
+            f"The setting `database` names {url.get_backend_name()}, which is not supported.",
+            fix,
+            reason="bad-settings",
+        )
     return url.set(drivername="postgresql+psycopg")
 
 
@@ -274,11 +325,19 @@ def _text(raw: bytes) -> str:
 def postgresql_engine(url: URL, connections: int) -> Engine:
     """Return an engine of so many connections to PostgreSQL; BadInput without its driver."""
     try:
-        engine = create_engine(url, pool_size=connections, max_overflow=0, pool_pre_ping=True,
-                               connect_args={"connect_timeout": 5})
+        engine = create_engine(
+            url,
+            pool_size=connections,
+            max_overflow=0,
+            pool_pre_ping=True,
+            connect_args={"connect_timeout": 5},
+        )
     except ModuleNotFoundError:
-        raise BadInput("The setting `database` names PostgreSQL, but the driver is not installed.",
-                       install_package("psycopg[binary]"), reason="bad-settings") from None
+        raise BadInput(
+            "The setting `database` names PostgreSQL, but the driver is not installed.",
+            install_package("psycopg[binary]"),
+            reason="bad-settings",
+        ) from None
 
     @event.listens_for(engine, "connect")
     def _set(connection: Any, _: Any) -> None:

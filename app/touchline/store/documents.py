@@ -15,7 +15,15 @@ from sqlalchemy.orm import Session
 from touchline.core.errors import BadInput, Conflict, NotFound, Stale, TouchlineError
 from touchline.core.statements import Sentence, say
 from touchline.store.integrity import checksummed, content
-from touchline.store.repository import Page, Repository, StoreContext, check_etag, content_etag, new_id, timestamp
+from touchline.store.repository import (
+    Page,
+    Repository,
+    StoreContext,
+    check_etag,
+    content_etag,
+    new_id,
+    timestamp,
+)
 from touchline.store.tables import LensRow, PresetRow, RigRow
 
 
@@ -61,13 +69,28 @@ class DocumentRepository(Repository):
         self._refuse_damaged(name)
         with self._database.writing(self._what) as rows:
             if self._lookup(rows, name) is not None:
-                raise Conflict(self._say("exists", f"There is already a {self.noun} called {{name!r}}.", name=name),
-                               self._say("choose-another", f"Choose another name, or change the existing {self.noun}."),
-                               reason=f"{self.word}-exists")
-            if (rows.scalar(select(func.count()).select_from(self._select().subquery())) or 0) >= self.max_count:
-                raise Conflict(say("document.too-many", "The maximum of {most} is reached.", most=self.max_count),
-                               say("document.delete-one", "Delete one that is no longer used."),
-                               reason=f"too-many-{self.plural}")
+                raise Conflict(
+                    self._say(
+                        "exists", f"There is already a {self.noun} called {{name!r}}.", name=name
+                    ),
+                    self._say(
+                        "choose-another",
+                        f"Choose another name, or change the existing {self.noun}.",
+                    ),
+                    reason=f"{self.word}-exists",
+                )
+            if (
+                rows.scalar(select(func.count()).select_from(self._select().subquery())) or 0
+            ) >= self.max_count:
+                raise Conflict(
+                    say(
+                        "document.too-many",
+                        "The maximum of {most} is reached.",
+                        most=self.max_count,
+                    ),
+                    say("document.delete-one", "Delete one that is no longer used."),
+                    reason=f"too-many-{self.plural}",
+                )
             row = self._build(rows, name, body, by, None)
             rows.add(row)
             return self._read(row)
@@ -78,7 +101,9 @@ class DocumentRepository(Repository):
             return self.add(name, body, by)
         self._refuse_damaged(name)
         with self._database.writing(self._what) as rows:
-            return self._read(rows.merge(self._build(rows, name, body, by, self._current(rows, name, etag))))
+            return self._read(
+                rows.merge(self._build(rows, name, body, by, self._current(rows, name, etag)))
+            )
 
     def delete(self, name: str, etag: str | None = None) -> None:
         """Delete the one with that ETag (None: whichever); NotFound, or Stale."""
@@ -87,8 +112,11 @@ class DocumentRepository(Repository):
             rows.delete(self._current(rows, name, etag))
 
     def _unknown(self, name: str) -> NotFound:
-        return NotFound(self._say("unknown", f"There is no {self.noun} called {{name!r}}.", name=name[:64]),
-                        self.listing, reason=f"unknown-{self.word}")
+        return NotFound(
+            self._say("unknown", f"There is no {self.noun} called {{name!r}}.", name=name[:64]),
+            self.listing,
+            reason=f"unknown-{self.word}",
+        )
 
     def _say(self, code: str, template: str, **values: object) -> Sentence:
         """Return a sentence whose code names the kind of document: "rig-document.unknown"."""
@@ -104,18 +132,28 @@ class DocumentRepository(Repository):
         if row is None:
             raise self._deleted(name)
         current = self._read(row)
-        changed = self._say("changed-meanwhile", f"Another user has changed this {self.noun} since you opened it.")
+        changed = self._say(
+            "changed-meanwhile", f"Another user has changed this {self.noun} since you opened it."
+        )
         check_etag(etag, current.etag, changed, f"stale-{self.word}", self._shown(current.body))
         return row
 
     def _deleted(self, name: str) -> TouchlineError:
         """Return the error for who changes one that somebody else has deleted."""
-        return Stale(self._say("deleted-meanwhile", f"Another user has deleted this {self.noun}."),
-                     say("document.create-again", "Create it again, without If-Match."), reason=f"stale-{self.word}",
-                     current=None, etag=None)
+        return Stale(
+            self._say("deleted-meanwhile", f"Another user has deleted this {self.noun}."),
+            say("document.create-again", "Create it again, without If-Match."),
+            reason=f"stale-{self.word}",
+            current=None,
+            etag=None,
+        )
 
     def _lookup(self, rows: Session, name: str, for_update: bool = False) -> Any:
-        return rows.get(self.table, self._key_of(name), with_for_update=for_update) if is_name(name) else None
+        return (
+            rows.get(self.table, self._key_of(name), with_for_update=for_update)
+            if is_name(name)
+            else None
+        )
 
     def _select(self) -> Select[Any]:
         return select(self.table).order_by(self.table.place)
@@ -123,11 +161,20 @@ class DocumentRepository(Repository):
     def _key_of(self, name: str) -> str:
         return name
 
-    def _build(self, rows: Session, name: str, body: Mapping[str, Any], by: str, before: Any) -> Any:
+    def _build(
+        self, rows: Session, name: str, body: Mapping[str, Any], by: str, before: Any
+    ) -> Any:
         """Return the row of a new state. before: the row that it replaces."""
         head, columns = self._head(rows, before)
-        record = {**head, "updated_at": timestamp(self._clock), "updated_by": by, **self._saved(body, before)}
-        return checksummed(self.table, record, self._what, **{self._key.key: self._key_of(name)}, **columns)
+        record = {
+            **head,
+            "updated_at": timestamp(self._clock),
+            "updated_by": by,
+            **self._saved(body, before),
+        }
+        return checksummed(
+            self.table, record, self._what, **{self._key.key: self._key_of(name)}, **columns
+        )
 
     def _saved(self, body: Mapping[str, Any], before: Any) -> dict[str, Any]:
         """Return the part of a row's JSON that holds the body. before: the row that it replaces."""
@@ -152,8 +199,13 @@ class DocumentRepository(Repository):
     def _read(self, row: Any) -> Document:
         key = getattr(row, self._key.key)
         record = content(self._checked(row))
-        return Document(key.rpartition(":")[2], self._body(record), self._etag(record), record["updated_at"],
-                        record["updated_by"])
+        return Document(
+            key.rpartition(":")[2],
+            self._body(record),
+            self._etag(record),
+            record["updated_at"],
+            record["updated_by"],
+        )
 
     def _etag(self, record: Mapping[str, Any]) -> str:
         return str(record["etag"])
@@ -178,7 +230,11 @@ class PresetRepository(DocumentRepository):
         return f"{self.word}:{name}"
 
     def _select(self) -> Select[Any]:
-        return select(PresetRow).where(PresetRow.key.startswith(f"{self.word}:")).order_by(PresetRow.key)
+        return (
+            select(PresetRow)
+            .where(PresetRow.key.startswith(f"{self.word}:"))
+            .order_by(PresetRow.key)
+        )
 
     def _head(self, rows: Session, before: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         return {"etag": new_id()}, {}
@@ -203,9 +259,14 @@ def is_name(name: str) -> bool:
 
 def check_name(name: str, what: str) -> None:
     if not is_name(name):
-        raise BadInput(say("name.not-valid", "{what} has a name that is not valid.", what=what),
-                       say("name.allowed", "Use letters, digits, dots and hyphens, starting with a letter or digit."),
-                       reason="bad-name")
+        raise BadInput(
+            say("name.not-valid", "{what} has a name that is not valid.", what=what),
+            say(
+                "name.allowed",
+                "Use letters, digits, dots and hyphens, starting with a letter or digit.",
+            ),
+            reason="bad-name",
+        )
 
 
 class LensRepository(Repository):
@@ -233,6 +294,11 @@ class LensRepository(Repository):
         """Delete the lens with that ETag (None: whichever); NotFound, or Stale."""
         with self._changing("The deletion", id) as (rows, row):
             lens = content(row)
-            check_etag(etag, content_etag(lens), say("stale.lens", "This is another lens than the one you opened."),
-                       "stale-lens", {"id": id})
+            check_etag(
+                etag,
+                content_etag(lens),
+                say("stale.lens", "This is another lens than the one you opened."),
+                "stale-lens",
+                {"id": id},
+            )
             rows.delete(row)

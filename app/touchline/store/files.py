@@ -23,20 +23,39 @@ from touchline.core.statements import Sentence, join, say
 from touchline.core.strict_yaml import MAX_BYTES, plain_from_yaml
 
 CODES = {
-    "The archive": "saved.archive", "The calibration": "saved.calibration", "The camera": "saved.camera",
-    "The camera's identity": "saved.camera-identity", "The cancelling": "saved.cancelling", "The clip": "saved.clip",
-    "The colour profile": "saved.colour-profile", "The database": "saved.database", "The deletion": "saved.deletion",
-    "The detection plan": "saved.detection-plan", "The draft": "saved.draft",
-    "The field": "saved.field", "The job": "saved.job", "The lens": "saved.lens",
-    "The mark of a damaged row": "saved.mark", "The note": "saved.note", "The result": "saved.result",
-    "The rig": "saved.rig", "The roll": "saved.roll", "The setting": "saved.setting",
-    "The snapshot": "saved.snapshot", "The undoing of the deletion": "saved.undoing"}
+    "The archive": "saved.archive",
+    "The calibration": "saved.calibration",
+    "The camera": "saved.camera",
+    "The camera's identity": "saved.camera-identity",
+    "The cancelling": "saved.cancelling",
+    "The clip": "saved.clip",
+    "The colour profile": "saved.colour-profile",
+    "The database": "saved.database",
+    "The deletion": "saved.deletion",
+    "The detection plan": "saved.detection-plan",
+    "The draft": "saved.draft",
+    "The field": "saved.field",
+    "The job": "saved.job",
+    "The lens": "saved.lens",
+    "The mark of a damaged row": "saved.mark",
+    "The note": "saved.note",
+    "The result": "saved.result",
+    "The rig": "saved.rig",
+    "The roll": "saved.roll",
+    "The setting": "saved.setting",
+    "The snapshot": "saved.snapshot",
+    "The undoing of the deletion": "saved.undoing",
+}
 
 T = TypeVar("T")
 TEMPORARY = ".tmp"
 DISK_IS_FULL = say("disk.is-full", "the disk is full.")
-FREE_SPACE = say("disk.free-space", "Free some space on the disk of the data folder, then try again.")
-CHECK_DISK = say("disk.check", "Check the disk and the permissions of the data folder, then try again.")
+FREE_SPACE = say(
+    "disk.free-space", "Free some space on the disk of the data folder, then try again."
+)
+CHECK_DISK = say(
+    "disk.check", "Check the disk and the permissions of the data folder, then try again."
+)
 UPLOAD_AGAIN = say("file.upload-again", "Upload it again.")
 
 TOLD_S = 300.0  # longer than any page waits between two looks at the list of problems
@@ -52,7 +71,9 @@ BACKUPS_BYTES = 1000 * MB
 
 def not_saved(what: str) -> Sentence:
     """Return how an error begins. what: as in CODES; another word is stated as it is."""
-    return say("saved.not", "{what} was not saved:", what=say(CODES[what], what) if what in CODES else what)
+    return say(
+        "saved.not", "{what} was not saved:", what=say(CODES[what], what) if what in CODES else what
+    )
 
 
 def because(error: str) -> Sentence:
@@ -71,7 +92,7 @@ def write_atomically(path: Path, data: bytes, mode: int = 0o666) -> None:
         try:
             rest = memoryview(data)
             while rest:
-                rest = rest[os.write(handle, rest):]
+                rest = rest[os.write(handle, rest) :]
             os.fsync(handle)
         finally:
             os.close(handle)
@@ -136,8 +157,11 @@ def translate_disk_errors(what: str) -> Iterator[None]:
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
             raise DiskFull(join(not_saved(what), DISK_IS_FULL), FREE_SPACE) from error
-        raise Unavailable(join(not_saved(what), because(error.strerror or str(error))),
-                          CHECK_DISK, reason="not-saved") from error
+        raise Unavailable(
+            join(not_saved(what), because(error.strerror or str(error))),
+            CHECK_DISK,
+            reason="not-saved",
+        ) from error
 
 
 def read_yaml(path: Path, parse: Callable[[Any], T], what: str, reason: str) -> T:
@@ -146,8 +170,11 @@ def read_yaml(path: Path, parse: Callable[[Any], T], what: str, reason: str) -> 
         with path.open("rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise NotFound(f"{what} cannot be read: {error.strerror}.", "Check the file and its permissions.",
-                       reason=reason) from None
+        raise NotFound(
+            f"{what} cannot be read: {error.strerror}.",
+            "Check the file and its permissions.",
+            reason=reason,
+        ) from None
     return parse_yaml(raw, parse, path.name)
 
 
@@ -166,15 +193,26 @@ def read_checked(name: str, path: str, sha256: str) -> bytes:
     except OSError as error:
         raise cannot_read(name, error) from None
     if hashlib.sha256(data).hexdigest() != sha256:
-        raise Unavailable(say("file.damaged", "{name} is damaged.", name=image_name(name.capitalize())),
-                          UPLOAD_AGAIN, reason="damaged-file")
+        raise Unavailable(
+            say("file.damaged", "{name} is damaged.", name=image_name(name.capitalize())),
+            UPLOAD_AGAIN,
+            reason="damaged-file",
+        )
     return data
 
 
 def cannot_read(name: str, error: OSError) -> Unavailable:
     """Return the error for a stored picture whose bytes are not there, or not to be had."""
-    return Unavailable(say("file.cannot-read", "{name} cannot be read: {error}.", name=image_name(name.capitalize()),
-                           error=error.strerror), UPLOAD_AGAIN, reason="damaged-file")
+    return Unavailable(
+        say(
+            "file.cannot-read",
+            "{name} cannot be read: {error}.",
+            name=image_name(name.capitalize()),
+            error=error.strerror,
+        ),
+        UPLOAD_AGAIN,
+        reason="damaged-file",
+    )
 
 
 class RecentFailures:
@@ -204,8 +242,11 @@ class RecentFailures:
     def warnings(self) -> tuple[Warning, ...]:
         """Return what an operator should know: each failure until some minutes have passed without another."""
         since_s = monotonic() - TOLD_S
-        return tuple(Warning(reason, error.what, error.fix) for reason, (at_s, error) in list(self._last.items())
-                     if at_s > since_s or reason == DAMAGED)
+        return tuple(
+            Warning(reason, error.what, error.fix)
+            for reason, (at_s, error) in list(self._last.items())
+            if at_s > since_s or reason == DAMAGED
+        )
 
 
 def free_bytes(folder: Path) -> int:
@@ -215,8 +256,12 @@ def free_bytes(folder: Path) -> int:
 class PictureQuota:
     """quota_bytes: for all pictures together. free: returns how much is left on a folder's disk, bytes."""
 
-    def __init__(self, folder: Path, quota_bytes: int = UPLOADS_BYTES,
-                 free: Callable[[Path], int] = free_bytes) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        quota_bytes: int = UPLOADS_BYTES,
+        free: Callable[[Path], int] = free_bytes,
+    ) -> None:
         self._folder = folder
         self._free = free
         self.quota_bytes = quota_bytes
@@ -236,16 +281,33 @@ class PictureQuota:
     def check_free(self) -> None:
         """Raise DiskFull where a picture would take what calibrations may need; OSError without the folder."""
         if self._free(self._folder) < MIN_FREE_BYTES:
-            raise DiskFull(say("disk.image-refused", "The image was not saved. Less than {free_mb} MB are free on the "
-                               "disk.", free_mb=MIN_FREE_BYTES // MB),
-                           say("disk.free-space-calibrations", "Free some space on the disk of the data folder, then "
-                               "try again. Calibrations can still be saved."))
+            raise DiskFull(
+                say(
+                    "disk.image-refused",
+                    "The image was not saved. Less than {free_mb} MB are free on the disk.",
+                    free_mb=MIN_FREE_BYTES // MB,
+                ),
+                say(
+                    "disk.free-space-calibrations",
+                    "Free some space on the disk of the data folder, then "
+                    "try again. Calibrations can still be saved.",
+                ),
+            )
 
     def refusal(self) -> DiskFull:
-        return DiskFull(say("disk.quota-in-use", "The image was not saved. Images use {used_mb:.0f} MB, and all of "
-                            "them are in use.", used_mb=self.used_bytes / MB),
-                        say("disk.increase-quota", "Increase uploads_mb in the settings, or download all data and "
-                            "start with a new data folder."), reason="uploads-full")
+        return DiskFull(
+            say(
+                "disk.quota-in-use",
+                "The image was not saved. Images use {used_mb:.0f} MB, and all of them are in use.",
+                used_mb=self.used_bytes / MB,
+            ),
+            say(
+                "disk.increase-quota",
+                "Increase uploads_mb in the settings, or download all data and "
+                "start with a new data folder.",
+            ),
+            reason="uploads-full",
+        )
 
     def warnings(self) -> tuple[Warning, ...]:
         """Return what an operator should know about the disk."""
@@ -253,7 +315,17 @@ class PictureQuota:
         if free >= WARN_FREE_BYTES:
             return ()
         more = say("disk.images-refused", "New images are refused. Calibrations are still saved.")
-        return (Warning("disk-nearly-full", join(
-            say("disk.nearly-full", "{mb} MB are free on the disk of the data folder.", mb=free // MB),
-            more if free < MIN_FREE_BYTES else ""),
-                        say("disk.free-some", "Free some space there.")),)
+        return (
+            Warning(
+                "disk-nearly-full",
+                join(
+                    say(
+                        "disk.nearly-full",
+                        "{mb} MB are free on the disk of the data folder.",
+                        mb=free // MB,
+                    ),
+                    more if free < MIN_FREE_BYTES else "",
+                ),
+                say("disk.free-some", "Free some space there."),
+            ),
+        )

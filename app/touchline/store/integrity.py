@@ -31,7 +31,11 @@ MAX_REASON = 300  # characters
 
 def checksummed(table: type[Row], record: Mapping[str, Any], what: str, **columns: Any) -> Row:
     """Make a row with that content and its checksum. what: how an error calls it, such as "The draft"."""
-    row = table(**{name: None for name in covered_columns(table)} | columns, body=json_text(record, what), damaged=None)
+    row = table(
+        **{name: None for name in covered_columns(table)} | columns,
+        body=json_text(record, what),
+        damaged=None,
+    )
     update_checksum(row)
     return row
 
@@ -44,7 +48,9 @@ def update_checksum(row: Checksummed) -> None:
 def is_intact(row: Any, table: type[Checksummed] | None = None) -> bool:
     """Check that a row is what was written. table: needed for a row that is only a tuple of columns."""
     kind: type[Checksummed] = table or type(row)
-    return bool(checksum([getattr(row, name) for name in covered_columns(kind)], row.body) == row.sha256)
+    return bool(
+        checksum([getattr(row, name) for name in covered_columns(kind)], row.body) == row.sha256
+    )
 
 
 def content(row: Checksummed) -> dict[str, Any]:
@@ -58,8 +64,11 @@ def json_text(record: Any, what: str) -> str:
     try:
         return json.dumps(record, allow_nan=False, separators=(",", ":"))
     except ValueError:
-        raise BadInput(f"{what} contains a number that is not finite.", "Remove or correct that number.",
-                       reason="non-finite-number") from None
+        raise BadInput(
+            f"{what} contains a number that is not finite.",
+            "Remove or correct that number.",
+            reason="non-finite-number",
+        ) from None
 
 
 def checksum(columns: Sequence[Any], body: Any) -> str:
@@ -70,7 +79,9 @@ def checksum(columns: Sequence[Any], body: Any) -> str:
 @cache
 def covered_columns(table: type[Checksummed]) -> tuple[str, ...]:
     """Return the columns that the checksum covers besides the body, in a fixed order."""
-    return tuple(sorted(column.key for column in inspect(table).columns if column.key not in NOT_COVERED))
+    return tuple(
+        sorted(column.key for column in inspect(table).columns if column.key not in NOT_COVERED)
+    )
 
 
 # by table: each raises for a row that it does not understand
@@ -113,21 +124,34 @@ def find_damaged_rows(rows: Session) -> Iterator[tuple[type[Checksummed], Any]]:
     return (found for found in _unmarked_rows(rows) if not is_intact(found[1], found[0]))
 
 
-def find_unreadable_rows(rows: Session, readers: Readers) -> Iterator[tuple[type[Checksummed], Any, str]]:
+def find_unreadable_rows(
+    rows: Session, readers: Readers
+) -> Iterator[tuple[type[Checksummed], Any, str]]:
     """Find every intact row, with its table and the reason, that its reader does not understand."""
     for table, row in _unmarked_rows(rows):
         if is_intact(row, table) and table.__tablename__ in readers:
             try:
                 readers[table.__tablename__](row)
-            except (TouchlineError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError,
-                    RecursionError) as error:
+            except (
+                TouchlineError,
+                ValueError,
+                LookupError,
+                TypeError,
+                AttributeError,
+                ArithmeticError,
+                RecursionError,
+            ) as error:
                 yield table, row, " ".join(str(error).split())[:MAX_REASON]
 
 
 def _unmarked_rows(rows: Session) -> Iterator[tuple[type[Checksummed], Any]]:
     for table in CHECKSUMMED_TABLES:
         columns = list(table.__table__.columns)
-        query = select(*columns).where(table.damaged.is_(None)).execution_options(yield_per=ROWS_AT_ONCE)
+        query = (
+            select(*columns)
+            .where(table.damaged.is_(None))
+            .execution_options(yield_per=ROWS_AT_ONCE)
+        )
         for row in rows.execute(query):
             yield table, row
 
@@ -136,7 +160,10 @@ def is_whole(rows: Session) -> bool:
     """Check that no row is damaged or missing, whether it is marked or not."""
     if rows.scalar(select(LedgerRow.missing)) is not None or count_missing_rows(rows):
         return False
-    marked = (select(table.damaged).where(table.damaged.is_not(None)).limit(1) for table in CHECKSUMMED_TABLES)
+    marked = (
+        select(table.damaged).where(table.damaged.is_not(None)).limit(1)
+        for table in CHECKSUMMED_TABLES
+    )
     return not any(map(rows.scalar, marked)) and next(find_damaged_rows(rows), None) is None
 
 
@@ -161,14 +188,21 @@ def set_aside_unreadable_rows(database: Database, quarantine: Quarantine, reader
             return
         found = list(find_unreadable_rows(rows, readers))
     for table, row, reason in found:
-        note = f"This version of Touchline ({__version__}) cannot read it: {reason}. Create it again."
+        note = (
+            f"This version of Touchline ({__version__}) cannot read it: {reason}. Create it again."
+        )
         mark_damaged(database, quarantine, table, row, note)
     with suppress(TouchlineError), database.writing("The mark of a damaged row") as rows:
         rows.execute(update(LedgerRow).values(read_by=__version__))
 
 
-def mark_damaged(database: Database, quarantine: Quarantine, table: type[Checksummed], row: Any,
-                 note: str | None = None) -> DamagedFile:
+def mark_damaged(
+    database: Database,
+    quarantine: Quarantine,
+    table: type[Checksummed],
+    row: Any,
+    note: str | None = None,
+) -> DamagedFile:
     """Write what is left of a damaged row to the quarantine, and mark the row; return the error to raise.
 
     note: why it is set aside, where its checksum is right.
@@ -177,5 +211,7 @@ def mark_damaged(database: Database, quarantine: Quarantine, table: type[Checksu
     name = str(getattr(row, "id" if hasattr(row, "id") else key.key)).replace(":", "-")
     damaged = quarantine.add_row(table.__tablename__, name, str(row.body), note)
     with suppress(TouchlineError), database.writing("The mark of a damaged row") as rows:
-        rows.execute(update(table).where(key == getattr(row, key.key)).values(damaged=damaged.damage.name))
+        rows.execute(
+            update(table).where(key == getattr(row, key.key)).values(damaged=damaged.damage.name)
+        )
     return damaged

@@ -26,8 +26,16 @@ class JobRepository:
 
     def add(self, kind: str, spec: Any) -> Job:
         """Add a job, queued."""
-        row = JobRow(id=new_id(), kind=kind, state="queued", spec=json_text(spec, "The job"), attempt=0, progress=0.0,
-                     **_as_columns(WAITING), created_at=timestamp(self._clock))
+        row = JobRow(
+            id=new_id(),
+            kind=kind,
+            state="queued",
+            spec=json_text(spec, "The job"),
+            attempt=0,
+            progress=0.0,
+            **_as_columns(WAITING),
+            created_at=timestamp(self._clock),
+        )
         with self._database.writing("The job") as rows:
             rows.add(row)
             rows.flush()
@@ -38,8 +46,11 @@ class JobRepository:
         with self._database.reading() as rows:
             row = rows.scalar(select(JobRow).where(JobRow.id == id)) if is_id(id) else None
         if row is None:
-            raise NotFound(say("job.unknown", "There is no job {id!r}.", id=id), "List them with GET /api/v1/jobs.",
-                           reason="unknown-job")
+            raise NotFound(
+                say("job.unknown", "There is no job {id!r}.", id=id),
+                "List them with GET /api/v1/jobs.",
+                reason="unknown-job",
+            )
         return _read(row)
 
     def list(self, limit: int = 200) -> tuple[Job, ...]:
@@ -50,10 +61,19 @@ class JobRepository:
 
     def save(self, job: Job) -> None:
         """Write how it stands."""
-        changed = update(JobRow).where(JobRow.id == job.id).values(
-            state=job.state, attempt=_begun(job), progress=job.progress, **_as_columns(job.message),
-            result=json_text(job.result, "The result"), problem=json_text(job.problem, "The problem"),
-            ended_at=job.ended_at)
+        changed = (
+            update(JobRow)
+            .where(JobRow.id == job.id)
+            .values(
+                state=job.state,
+                attempt=_begun(job),
+                progress=job.progress,
+                **_as_columns(job.message),
+                result=json_text(job.result, "The result"),
+                problem=json_text(job.problem, "The problem"),
+                ended_at=job.ended_at,
+            )
+        )
         with self._database.writing("The job") as rows:
             rows.execute(changed)
 
@@ -75,7 +95,10 @@ def _begun(job: Job) -> int:
 def _as_columns(message: str) -> dict[str, str | None]:
     """Return a message as columns: its text, and what it states."""
     found = stated({"message": message}).get(STATEMENTS)
-    return {"message": str(message), "statements": None if found is None else json_text(found, "The message")}
+    return {
+        "message": str(message),
+        "statements": None if found is None else json_text(found, "The message"),
+    }
 
 
 def _read(row: JobRow) -> Job:
@@ -83,8 +106,19 @@ def _read(row: JobRow) -> Job:
     message = sentence_in({"message": row.message, STATEMENTS: _json(row.statements)}, "message")
     # one that was cancelled while it waited has begun none
     attempt = max(1, row.attempt + (row.state == "queued"))
-    return Job(row.id, row.kind, row.created_at, row.state, row.progress, message, _json(row.result),
-               _json(row.problem), row.ended_at, attempt, _json(row.spec))
+    return Job(
+        row.id,
+        row.kind,
+        row.created_at,
+        row.state,
+        row.progress,
+        message,
+        _json(row.result),
+        _json(row.problem),
+        row.ended_at,
+        attempt,
+        _json(row.spec),
+    )
 
 
 def _json(text: str | None) -> Any:

@@ -31,7 +31,9 @@ WAIT_S = 5.0  # PostgreSQL may take a moment to notice that a killed server has 
 KEEP_S = 1.0  # how often the lock is looked at
 GRACE_S = 3.0  # for a server that did not sign off: it may live, and take its lock back
 TAKEN = "The database is in use by another Touchline"
-LOST = say("database.lost", "The database is in use by another Touchline. This server saves nothing.")
+LOST = say(
+    "database.lost", "The database is in use by another Touchline. This server saves nothing."
+)
 RESTART = say("database.stop-one", "Stop one of them, then restart this server.")
 
 
@@ -45,11 +47,13 @@ class FolderLock:
         except OSError:
             owner = os.read(self._handle, 20).decode("ascii", "replace").strip()
             os.close(self._handle)
-            raise Unavailable(f"The data folder {folder} is in use by another Touchline (process "
-                              f"{owner or 'unknown'}).",
-                              "Stop that process, or choose another folder with --data. If it is a server, "
-                              "touchline call --server URL makes calls to it.",
-                              reason="data-folder-in-use") from None
+            raise Unavailable(
+                f"The data folder {folder} is in use by another Touchline (process "
+                f"{owner or 'unknown'}).",
+                "Stop that process, or choose another folder with --data. If it is a server, "
+                "touchline call --server URL makes calls to it.",
+                reason="data-folder-in-use",
+            ) from None
         os.ftruncate(self._handle, 0)
         os.pwrite(self._handle, f"{os.getpid()}\n".encode(), 0)
 
@@ -157,8 +161,11 @@ class PostgresLock:
         until = monotonic() + WAIT_S
         while self._lock() is None:
             if monotonic() > until:
-                raise Unavailable(f"{TAKEN}.", "Stop that server, or enter another database in the settings.",
-                                  reason="data-folder-in-use")
+                raise Unavailable(
+                    f"{TAKEN}.",
+                    "Stop that server, or enter another database in the settings.",
+                    reason="data-folder-in-use",
+                )
             sleep(0.1)
 
     def _release(self) -> None:
@@ -171,4 +178,8 @@ class PostgresLock:
         """Name the server that saves from now on, between two transactions that do."""
         with self._database.engine.begin() as connection:
             connection.execute(text(f"SELECT pg_advisory_xact_lock({WRITE_KEY}, {SCHEMA_KEY})"))
-            connection.execute(update(LedgerRow).where(LedgerRow.owner.is_not_distinct_from(former)).values(owner=owner))
+            connection.execute(
+                update(LedgerRow)
+                .where(LedgerRow.owner.is_not_distinct_from(former))
+                .values(owner=owner)
+            )

@@ -74,10 +74,13 @@ def schema_of(engine: Engine) -> str | None:
 def check_not_newer(schema: str | None) -> None:
     """Raise Unavailable for what only a newer Touchline understands."""
     if schema is not None and schema > HEAD:  # names of steps are numbers of four digits
-        raise Unavailable(f"The database was made by a newer Touchline (format {schema}; this version supports "
-                          f"{HEAD}).",
-                          "Start the newer version, or restore an archive or backup from before the update to an "
-                          "empty folder.", reason="newer-database")
+        raise Unavailable(
+            f"The database was made by a newer Touchline (format {schema}; this version supports "
+            f"{HEAD}).",
+            "Start the newer version, or restore an archive or backup from before the update to an "
+            "empty folder.",
+            reason="newer-database",
+        )
 
 
 def upgrade(engine: Engine) -> None:
@@ -90,7 +93,9 @@ def upgrade(engine: Engine) -> None:
         command.upgrade(config, "head")
 
 
-def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine, readers: Readers) -> Database:
+def open_sqlite(
+    folder: Path, backups: Backups, quarantine: Quarantine, readers: Readers
+) -> Database:
     """Open the folder's own database, sound and of the newest schema; Unavailable if there is none.
 
     readers: as integrity.py takes them.
@@ -117,8 +122,9 @@ def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine, readers:
     return database
 
 
-def open_postgresql(setting: str, folder: Path, quarantine: Quarantine,
-                    readers: Readers) -> tuple[Database, PostgresLock]:
+def open_postgresql(
+    setting: str, folder: Path, quarantine: Quarantine, readers: Readers
+) -> tuple[Database, PostgresLock]:
     """Open the database that the setting names, with the newest schema, locked against other servers."""
     database = Database(postgresql_url(setting), folder)
     with ExitStack() as undo:
@@ -136,9 +142,11 @@ def open_postgresql(setting: str, folder: Path, quarantine: Quarantine,
             lock.claim()
         except DBAPIError as error:
             place = database.url.set(password=None).render_as_string()
-            raise Unavailable(f"The database {place} cannot be used: {str(error.orig).strip().splitlines()[0]}.",
-                              "Check that PostgreSQL is running, and check the setting `database`.",
-                              reason="database-away") from None
+            raise Unavailable(
+                f"The database {place} cannot be used: {str(error.orig).strip().splitlines()[0]}.",
+                "Check that PostgreSQL is running, and check the setting `database`.",
+                reason="database-away",
+            ) from None
         undo.pop_all()
     check_rows(database, quarantine, readers)
     return database, lock
@@ -156,9 +164,12 @@ def _refuse_orphans(folder: Path) -> None:
     """Refuse pictures without a database that knows them: it was lost, or another folder is meant."""
     pictures = folder / "pictures"
     if pictures.is_dir() and any(not path.name.startswith(".") for path in pictures.iterdir()):
-        raise Unavailable(f"The folder {folder} contains images, but their database is missing.",
-                          f"Put {FILE} back, enter the correct database in the settings, restore an archive with "
-                          "touchline restore, or choose an empty folder with --data.", reason="database-missing")
+        raise Unavailable(
+            f"The folder {folder} contains images, but their database is missing.",
+            f"Put {FILE} back, enter the correct database in the settings, restore an archive with "
+            "touchline restore, or choose an empty folder with --data.",
+            reason="database-missing",
+        )
 
 
 def _refuse_other_folder(database: Database, folder: Path) -> None:
@@ -166,10 +177,12 @@ def _refuse_other_folder(database: Database, folder: Path) -> None:
     with database.reading() as rows:
         known = rows.scalar(select(func.count()).select_from(SnapshotRow)) or 0
     if known and not (folder / "pictures").exists():
-        raise Unavailable(f"The database lists {known} images, but the folder {folder} contains none.",
-                          "Choose the folder of this database with --data, or enter another database in the settings. "
-                          "If the images are lost, create an empty folder `pictures` there.",
-                          reason="pictures-missing")
+        raise Unavailable(
+            f"The database lists {known} images, but the folder {folder} contains none.",
+            "Choose the folder of this database with --data, or enter another database in the settings. "
+            "If the images are lost, create an empty folder `pictures` there.",
+            reason="pictures-missing",
+        )
 
 
 def _outdated(path: Path, backups: Backups) -> str | None:
@@ -183,16 +196,21 @@ def _outdated(path: Path, backups: Backups) -> str | None:
 def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) -> None:
     backup = backups.newest_good()
     if backup is None:
-        raise Unavailable(f"The database {path} is damaged ({damage}), and there is no intact backup.",
-                          f"Put an intact {FILE} there, restore an archive to an empty folder with touchline restore, "
-                          "or choose an empty folder with --data.", reason="database-damaged")
+        raise Unavailable(
+            f"The database {path} is damaged ({damage}), and there is no intact backup.",
+            f"Put an intact {FILE} there, restore an archive to an empty folder with touchline restore, "
+            "or choose an empty folder with --data.",
+            reason="database-damaged",
+        )
     for bad in backups.all():
         if bad.changes > backup.changes:
             quarantine.move(bad.path, "it cannot be read", kind="backups")
     restored = path.with_name(UNFINISHED)
     shutil.copyfile(backup.path, restored)
-    note = (f"The database was damaged ({damage}). The backup of change {backup.changes} was restored. Changes after "
-            "it are only in this file, as far as it can be read.")
+    note = (
+        f"The database was damaged ({damage}). The backup of change {backup.changes} was restored. Changes after "
+        "it are only in this file, as far as it can be read."
+    )
     if not path.exists():
         write_atomically(path, b"")  # so that its loss has a name in the quarantine
     moved = quarantine.move(path, damage, kind="database", note=note).damage
@@ -239,8 +257,13 @@ def find_restoration(database: Database, backups: Backups) -> Restoration:
         return Restoration(backup.changes, database.changes(), backup.made_at)
 
 
-def restore_backup(database: Database, backups: Backups, quarantine: Quarantine, replaced: Replaced,
-                   seen: tuple[int, int] | None = None) -> Restoration:
+def restore_backup(
+    database: Database,
+    backups: Backups,
+    quarantine: Quarantine,
+    replaced: Replaced,
+    seen: tuple[int, int] | None = None,
+) -> Restoration:
     """Replace the database under all who use it; Conflict without a good backup.
 
     seen: the numbers of backup and database that somebody has agreed to. Conflict if there is another backup by now,
@@ -248,12 +271,21 @@ def restore_backup(database: Database, backups: Backups, quarantine: Quarantine,
     against those who save all the time: it is counted in the answer, and in the copy.
     """
     path = backups.source
-    with (_good_copy(backups, seen) as (backup, copy), database.closed() as changes,
-          translate_disk_errors("The database")):
-        if seen is not None and (backup.changes != seen[0] or not replaced.newest < seen[1] <= changes):
-            raise Conflict(say("backup.changed-meanwhile", "Something was saved meanwhile."),
-                           say("backup.look-again", "Check again what would be lost, then restore the backup."),
-                           reason="changed-meanwhile")
+    with (
+        _good_copy(backups, seen) as (backup, copy),
+        database.closed() as changes,
+        translate_disk_errors("The database"),
+    ):
+        if seen is not None and (
+            backup.changes != seen[0] or not replaced.newest < seen[1] <= changes
+        ):
+            raise Conflict(
+                say("backup.changed-meanwhile", "Something was saved meanwhile."),
+                say(
+                    "backup.look-again", "Check again what would be lost, then restore the backup."
+                ),
+                reason="changed-meanwhile",
+            )
         with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
             connection.execute("PRAGMA journal_mode=DELETE")  # one file, without a log beside it
             connection.execute("UPDATE ledger SET changes = ?", [changes + 1])
@@ -264,13 +296,19 @@ def restore_backup(database: Database, backups: Backups, quarantine: Quarantine,
         quarantine.move_rows(kept.parent)
     replaced.thin()
     done = Restoration(backup.changes, changes, backup.made_at, str(kept.relative_to(path.parent)))
-    log.warning("the backup of change %s was restored; the database from before, with %s, is %s", done.backup,
-                done.newer_changes, done.file)
+    log.warning(
+        "the backup of change %s was restored; the database from before, with %s, is %s",
+        done.backup,
+        done.newer_changes,
+        done.file,
+    )
     return done
 
 
 @contextmanager
-def _good_copy(backups: Backups, seen: tuple[int, int] | None = None) -> Iterator[tuple[Backup, Path]]:
+def _good_copy(
+    backups: Backups, seen: tuple[int, int] | None = None
+) -> Iterator[tuple[Backup, Path]]:
     """Hold the backups, and yield the newest good one with a copy of it that has the newest schema.
 
     seen: as above; newer backups were found to be damaged then.
@@ -278,12 +316,24 @@ def _good_copy(backups: Backups, seen: tuple[int, int] | None = None) -> Iterato
     copy = backups.source.with_name(UNFINISHED)
     with backups.held:
         try:
-            backup = next((one for one in backups.all()
-                           if (seen is None or one.changes <= seen[0]) and _is_good(one, copy)), None)
+            backup = next(
+                (
+                    one
+                    for one in backups.all()
+                    if (seen is None or one.changes <= seen[0]) and _is_good(one, copy)
+                ),
+                None,
+            )
             if backup is None:
-                raise Conflict(say("backup.none-good", "There is no backup in which all data is intact."),
-                               say("backup.restore-archive", "Restore an archive to an empty folder with touchline "
-                                   "restore, or create again what is damaged."), reason="no-good-backup")
+                raise Conflict(
+                    say("backup.none-good", "There is no backup in which all data is intact."),
+                    say(
+                        "backup.restore-archive",
+                        "Restore an archive to an empty folder with touchline "
+                        "restore, or create again what is damaged.",
+                    ),
+                    reason="no-good-backup",
+                )
             yield backup, copy
         finally:
             remove_database(copy)

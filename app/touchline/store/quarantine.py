@@ -1,7 +1,7 @@
 """What is damaged or was replaced: moved to the quarantine and named, never read as something else or silently missing.
 
-    replaced/CHANGES/touchline.db    the database from before, with its log where that is a part of it
-    replaced/CHANGES/TABLE/…         what the quarantine had of rows that were damaged in it
+replaced/CHANGES/touchline.db    the database from before, with its log where that is a part of it
+replaced/CHANGES/TABLE/…         what the quarantine had of rows that were damaged in it
 """
 
 import json
@@ -33,8 +33,10 @@ LOG, INDEX, JOURNAL = "-wal", "-shm", "-journal"
 ENDINGS = (LOG, INDEX, JOURNAL)
 
 ROW = ".json"  # in the names of what is left of rows
-RESTORE_BACKUP = say("quarantine.restore-backup",
-                     "Restore the newest good backup of the database, or create again what was damaged.")
+RESTORE_BACKUP = say(
+    "quarantine.restore-backup",
+    "Restore the newest good backup of the database, or create again what was damaged.",
+)
 RESTORE_OR_CREATE = say("quarantine.restore", "Restore it from a backup, or create it again.")
 NOTE = ".note"
 MISSING = "missing"  # kind of what is not damaged but gone
@@ -117,16 +119,30 @@ class Damage:
         return RESTORE_BACKUP if self.restorable else RESTORE_OR_CREATE
 
     def to_json(self) -> dict[str, Any]:
-        return stated({"kind": self.kind, "file": self.file, "note": self.note, "fix": self.fix,
-                       "restorable": self.restorable})
+        return stated(
+            {
+                "kind": self.kind,
+                "file": self.file,
+                "note": self.note,
+                "fix": self.fix,
+                "restorable": self.restorable,
+            }
+        )
 
 
 class DamagedFile(Unavailable):
     reason = "damaged-file"
 
     def __init__(self, damage: Damage) -> None:
-        super().__init__(say("quarantine.moved", "A file of the data folder is damaged and was moved to {place}.",
-                             place=damage.file), damage.fix, file=damage.file)
+        super().__init__(
+            say(
+                "quarantine.moved",
+                "A file of the data folder is damaged and was moved to {place}.",
+                place=damage.file,
+            ),
+            damage.fix,
+            file=damage.file,
+        )
         self.damage = damage
 
 
@@ -141,7 +157,9 @@ class Quarantine:
         for folder in self._folder.glob("*/"):
             remove_temporary_files(folder)
 
-    def move(self, path: Path, why: str, kind: str | None = None, note: str | None = None) -> DamagedFile:
+    def move(
+        self, path: Path, why: str, kind: str | None = None, note: str | None = None
+    ) -> DamagedFile:
         """Move a damaged file here; return the error to raise, which says where it is now."""
         kind = kind or path.parent.name
         target = self._free_name(kind, path.name)
@@ -160,8 +178,14 @@ class Quarantine:
             write_atomically(target, data)
             if note is not None:
                 write_atomically(target.with_name(target.name + NOTE), note.encode())
-        log.error("%s %s in the database is damaged (%s); what is left of it is %s. %s", kind, name,
-                  note or "its checksum is wrong", target, "" if note else RESTORE_BACKUP)
+        log.error(
+            "%s %s in the database is damaged (%s); what is left of it is %s. %s",
+            kind,
+            name,
+            note or "its checksum is wrong",
+            target,
+            "" if note else RESTORE_BACKUP,
+        )
         return DamagedFile(Damage(kind, target.name, note))
 
     def add_missing(self, missing: Mapping[str, int]) -> Damage:
@@ -188,9 +212,12 @@ class Quarantine:
     def all(self) -> tuple[Damage, ...]:
         """Return everything that was moved here and is still here."""
         kinds = sorted(path.name for path in self._folder.glob("*") if path.is_dir())
-        return tuple(Damage(kind, name, self._note(kind, name)) for kind in kinds
-                     for name in sorted(path.name for path in (self._folder / kind).glob("*"))
-                     if not name.endswith((*COMPANIONS, TEMPORARY)))
+        return tuple(
+            Damage(kind, name, self._note(kind, name))
+            for kind in kinds
+            for name in sorted(path.name for path in (self._folder / kind).glob("*"))
+            if not name.endswith((*COMPANIONS, TEMPORARY))
+        )
 
     def _note(self, kind: str, name: str) -> str | None:
         with suppress(OSError):
@@ -235,10 +262,16 @@ class Replaced:
 
     def files(self) -> list[str]:
         """Return the databases, newest first, as paths in the data folder."""
-        return [str(path.relative_to(self._folder.parent)) for folder in self._all() for path in folder.glob("*.db")]
+        return [
+            str(path.relative_to(self._folder.parent))
+            for folder in self._all()
+            for path in folder.glob("*.db")
+        ]
 
     def _all(self) -> list[Path]:
         with suppress(FileNotFoundError):
-            return sorted((path for path in self._folder.iterdir() if re.fullmatch(r"[0-9]{12}", path.name)),
-                          reverse=True)
+            return sorted(
+                (path for path in self._folder.iterdir() if re.fullmatch(r"[0-9]{12}", path.name)),
+                reverse=True,
+            )
         return []

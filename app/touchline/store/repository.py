@@ -122,11 +122,18 @@ class Repository:
     listing: str
 
     def __init__(self, store: StoreContext) -> None:
-        self._database, self._quarantine, self._clock = store.database, store.quarantine, store.clock
+        self._database, self._quarantine, self._clock = (
+            store.database,
+            store.quarantine,
+            store.clock,
+        )
 
     def _unknown(self, id: str) -> NotFound:
-        return NotFound(say(f"{self.noun}.unknown", f"There is no {self.noun} {{id!r}}.", id=id), self.listing,
-                        reason=f"unknown-{self.noun}")
+        return NotFound(
+            say(f"{self.noun}.unknown", f"There is no {self.noun} {{id!r}}.", id=id),
+            self.listing,
+            reason=f"unknown-{self.noun}",
+        )
 
     def _checked(self, row: Any) -> Any:
         """Return the row if it is intact; raise DamagedFile otherwise, also when it is read again."""
@@ -146,7 +153,9 @@ class Repository:
         return self._checked(row)
 
     @contextmanager
-    def _changing(self, what: str, id: str, *where: ColumnElement[bool]) -> Iterator[tuple[Session, Any]]:
+    def _changing(
+        self, what: str, id: str, *where: ColumnElement[bool]
+    ) -> Iterator[tuple[Session, Any]]:
         """Let the block change the intact row with that id, and save it with its new checksum."""
         self._row(id, *where)
         with self._database.writing(what) as rows:
@@ -168,14 +177,24 @@ class Repository:
                 items.append(read(row))
         return tuple(items)
 
-    def _page(self, limit: int, cursor: str | None, read: Callable[[Any], T], *where: ColumnElement[bool]) -> Page[T]:
+    def _page(
+        self, limit: int, cursor: str | None, read: Callable[[Any], T], *where: ColumnElement[bool]
+    ) -> Page[T]:
         """Return a page, newest first. Nothing is shown twice or missed while others come and go."""
         if not 1 <= limit <= MAX_PAGE:
-            raise BadInput(f"A page cannot have {limit} entries.", f"Request 1 to {MAX_PAGE} entries.",
-                           reason="bad-limit")
-        if cursor is not None and not (isinstance(cursor, str) and re.fullmatch(r"[0-9]{1,12}", cursor)):
-            raise BadInput("The cursor is not valid.", "Send the next_cursor of the previous page, or none.",
-                           reason="bad-cursor")
+            raise BadInput(
+                f"A page cannot have {limit} entries.",
+                f"Request 1 to {MAX_PAGE} entries.",
+                reason="bad-limit",
+            )
+        if cursor is not None and not (
+            isinstance(cursor, str) and re.fullmatch(r"[0-9]{1,12}", cursor)
+        ):
+            raise BadInput(
+                "The cursor is not valid.",
+                "Send the next_cursor of the previous page, or none.",
+                reason="bad-cursor",
+            )
         query = select(self.table).where(self.table.damaged.is_(None), *where)
         if cursor is not None:
             query = query.where(self.table.sequence < int(cursor))
@@ -189,7 +208,9 @@ def content_etag(content: Any) -> str:
     return sha256(json_text(content, "This").encode()).hexdigest()[:16]
 
 
-def check_etag(given: str | None, etag: str, what: str, reason: str, current: Any, fix: str = LOOK_AGAIN) -> None:
+def check_etag(
+    given: str | None, etag: str, what: str, reason: str, current: Any, fix: str = LOOK_AGAIN
+) -> None:
     """Raise Stale, with the current state and its ETag, unless the given one is that or none. what: has happened."""
     if given is not None and given != etag:
         raise Stale(what, fix, reason=reason, current=current, etag=etag)

@@ -23,11 +23,25 @@ from touchline.core.statements import say
 from touchline.store.files import cannot_read, make_folder, remove_temporary_files, write_atomically
 from touchline.store.integrity import checksummed, content, json_text
 from touchline.store.quarantine import Damage, DamagedFile
-from touchline.store.repository import Page, Repository, StoreContext, check_etag, column_text, new_id, timestamp
+from touchline.store.repository import (
+    Page,
+    Repository,
+    StoreContext,
+    check_etag,
+    column_text,
+    new_id,
+    timestamp,
+)
 from touchline.store.tables import CalibrationRow, DraftRow, LensRow, SnapshotRow
 
-EMPTY: Mapping[str, Any] = {"field": None, "region": None, "rotate": None, "model": None, "options": {},
-                            "observations": []}
+EMPTY: Mapping[str, Any] = {
+    "field": None,
+    "region": None,
+    "rotate": None,
+    "model": None,
+    "options": {},
+    "observations": [],
+}
 
 
 @dataclass(frozen=True)
@@ -74,11 +88,26 @@ class SnapshotRepository(Repository):
         remove_temporary_files(self._pictures)
         self._quota.count(self._pictures)
 
-    def add(self, data: bytes, size: ImageSize, format: str, camera: str | None = None,
-            purpose: str = "picture") -> Snapshot:
+    def add(
+        self,
+        data: bytes,
+        size: ImageSize,
+        format: str,
+        camera: str | None = None,
+        purpose: str = "picture",
+    ) -> Snapshot:
         """Save a picture that images/ has decoded, format "png", "jpeg", "bmp" or "webp"; DiskFull without space."""
         digest = hashlib.sha256(data).hexdigest()
-        snapshot = Snapshot(new_id(), size.width, size.height, camera, timestamp(self._clock), digest, format, purpose)
+        snapshot = Snapshot(
+            new_id(),
+            size.width,
+            size.height,
+            camera,
+            timestamp(self._clock),
+            digest,
+            format,
+            purpose,
+        )
         path = self.path(snapshot)
         with self._files:
             with self._database.failures.noted("The snapshot"):
@@ -87,8 +116,16 @@ class SnapshotRepository(Repository):
                     write_atomically(path, data)
                     self._quota.added(len(data))
             with self._database.writing("The snapshot") as rows:
-                rows.add(checksummed(SnapshotRow, snapshot.to_json(), "The snapshot", id=snapshot.id,
-                                     picture=snapshot.file, purpose=column_text(purpose)))
+                rows.add(
+                    checksummed(
+                        SnapshotRow,
+                        snapshot.to_json(),
+                        "The snapshot",
+                        id=snapshot.id,
+                        picture=snapshot.file,
+                        purpose=column_text(purpose),
+                    )
+                )
         return snapshot
 
     def get(self, id: str) -> Snapshot:
@@ -127,8 +164,13 @@ class SnapshotRepository(Repository):
             raise self._quarantine.move(path, "its checksum is wrong")
         return data
 
-    def list(self, limit: int = 50, cursor: str | None = None, purpose: str | None = None,
-             camera: str | None = None) -> Page[Snapshot]:
+    def list(
+        self,
+        limit: int = 50,
+        cursor: str | None = None,
+        purpose: str | None = None,
+        camera: str | None = None,
+    ) -> Page[Snapshot]:
         """Return a page, newest first, of one purpose, of one camera or of all, without damaged ones."""
         where = [] if purpose is None else [SnapshotRow.purpose == column_text(purpose)]
         if camera is not None:  # only the body names it; LIKE would not tell North from north
@@ -139,9 +181,15 @@ class SnapshotRepository(Repository):
     def lost(self) -> frozenset[str]:
         """Return the names of pictures that are gone: no file is there, and none was moved to the quarantine."""
         with self._database.reading() as rows:
-            known = set(rows.scalars(select(SnapshotRow.picture).where(SnapshotRow.damaged.is_(None)).distinct()))
+            known = set(
+                rows.scalars(
+                    select(SnapshotRow.picture).where(SnapshotRow.damaged.is_(None)).distinct()
+                )
+            )
         there = {path.name for path in self._pictures.iterdir()}
-        moved = {damage.name for damage in self._quarantine.all() if damage.kind == self._pictures.name}
+        moved = {
+            damage.name for damage in self._quarantine.all() if damage.kind == self._pictures.name
+        }
         return frozenset(known - there - moved)
 
     def _free_space(self, size_bytes: int) -> None:
@@ -191,8 +239,12 @@ def _unneeded(rows: Session) -> list[ColumnElement[bool]]:
     boards: set[str] = set()
     for lens in rows.scalars(select(LensRow).where(LensRow.damaged.is_(None))):
         boards.update(content(lens).get("snapshots") or ())
-    return [SnapshotRow.damaged.is_(None), SnapshotRow.id.not_in(used), SnapshotRow.id.not_in(begun),
-            SnapshotRow.id.not_in(boards)]
+    return [
+        SnapshotRow.damaged.is_(None),
+        SnapshotRow.id.not_in(used),
+        SnapshotRow.id.not_in(begun),
+        SnapshotRow.id.not_in(boards),
+    ]
 
 
 def _read(row: SnapshotRow) -> Snapshot:
@@ -254,15 +306,37 @@ class DraftRepository(Repository):
         """Save over the draft with that ETag; Stale, with `current` and `etag` in its details, if that is old."""
         self.get(snapshot)  # a damaged one goes to the quarantine before it is written over
         with self._database.writing("The draft") as rows:
-            row = rows.scalar(select(DraftRow).where(DraftRow.snapshot == snapshot).with_for_update())
+            row = rows.scalar(
+                select(DraftRow).where(DraftRow.snapshot == snapshot).with_for_update()
+            )
             current = self._read(row, snapshot)
-            check_etag(etag, current.etag, say("stale.draft", "Another user has saved this draft since you opened it."),
-                       "stale-draft", current.to_json(),
-                       say("stale.compare-drafts", "Compare it with the current draft, then overwrite it."))
+            check_etag(
+                etag,
+                current.etag,
+                say("stale.draft", "Another user has saved this draft since you opened it."),
+                "stale-draft",
+                current.to_json(),
+                say(
+                    "stale.compare-drafts", "Compare it with the current draft, then overwrite it."
+                ),
+            )
             draft = Draft(snapshot, dict(body), current.revision + 1, timestamp(self._clock), by)
-            record = {"revision": draft.revision, "updated_at": draft.updated_at, "updated_by": by, "draft": draft.body}
-            rows.merge(checksummed(DraftRow, record, "The draft", snapshot=snapshot, revision=draft.revision,
-                                   is_begun=bool(draft.body.get("observations"))))
+            record = {
+                "revision": draft.revision,
+                "updated_at": draft.updated_at,
+                "updated_by": by,
+                "draft": draft.body,
+            }
+            rows.merge(
+                checksummed(
+                    DraftRow,
+                    record,
+                    "The draft",
+                    snapshot=snapshot,
+                    revision=draft.revision,
+                    is_begun=bool(draft.body.get("observations")),
+                )
+            )
         return draft
 
     def _read(self, row: DraftRow | None, snapshot: str) -> Draft:
@@ -272,5 +346,13 @@ class DraftRepository(Repository):
             record = content(self._checked(row))
         except DamagedFile as lost:
             place = lost.details["file"]
-            return Draft(snapshot, EMPTY, notice=f"The saved draft was damaged and was moved to {place}.")
-        return Draft(snapshot, record["draft"], record["revision"], record["updated_at"], record["updated_by"])
+            return Draft(
+                snapshot, EMPTY, notice=f"The saved draft was damaged and was moved to {place}."
+            )
+        return Draft(
+            snapshot,
+            record["draft"],
+            record["revision"],
+            record["updated_at"],
+            record["updated_by"],
+        )

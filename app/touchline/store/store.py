@@ -15,7 +15,12 @@ from touchline.store.archive import archive_pieces, refuse_unfinished
 from touchline.store.backups import Backups
 from touchline.store.calibrations import CalibrationRepository
 from touchline.store.cameras import CameraRepository, IdentityRepository
-from touchline.store.documents import ColourProfileRepository, DetectionPlanRepository, LensRepository, RigRepository
+from touchline.store.documents import (
+    ColourProfileRepository,
+    DetectionPlanRepository,
+    LensRepository,
+    RigRepository,
+)
 from touchline.store.files import (
     BACKUPS_BYTES,
     UPLOADS_BYTES,
@@ -41,7 +46,9 @@ from touchline.store.repository import Clock, StoreContext, utc_now
 from touchline.store.snapshots import DraftRepository, SnapshotRepository
 
 
-def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None, replaced: Replaced) -> dict[str, Any]:
+def disk_usage(
+    folder: Path, quota: PictureQuota, backups: Backups | None, replaced: Replaced
+) -> dict[str, Any]:
     """Measure what is used now; a backup that is removed meanwhile is not counted.
 
     "replaced": databases from before a restored backup, newest first.
@@ -49,9 +56,14 @@ def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None, repla
     was made, ISO 8601, UTC; None before the first.
     """
     database = None if backups is None else sum(_size(folder / (FILE + more)) for more in ("", LOG))
-    return {"pictures_bytes": quota.used_bytes, "pictures_limit_bytes": quota.quota_bytes,
-            "free_bytes": free_bytes(folder), "database_bytes": database,
-            "backups": None if backups is None else _of_backups(backups), "replaced": replaced.files()}
+    return {
+        "pictures_bytes": quota.used_bytes,
+        "pictures_limit_bytes": quota.quota_bytes,
+        "free_bytes": free_bytes(folder),
+        "database_bytes": database,
+        "backups": None if backups is None else _of_backups(backups),
+        "replaced": replaced.files(),
+    }
 
 
 def _of_backups(backups: Backups) -> dict[str, Any]:
@@ -59,8 +71,12 @@ def _of_backups(backups: Backups) -> dict[str, Any]:
     newest_at = None
     with suppress(OSError, IndexError):
         newest_at = found[0].made_at
-    return {"count": len(found), "used_bytes": sum(_size(backup.path) for backup in found),
-            "limit_bytes": backups.limit_bytes, "newest_at": newest_at}
+    return {
+        "count": len(found),
+        "used_bytes": sum(_size(backup.path) for backup in found),
+        "limit_bytes": backups.limit_bytes,
+        "newest_at": newest_at,
+    }
 
 
 def _size(path: Path) -> int:
@@ -82,9 +98,17 @@ class Store:
     readers: by table, what raises for a row that cannot be read; such rows are set aside.
     """
 
-    def __init__(self, folder: Path, clock: Clock = utc_now, *, database: str | None = None,
-                 uploads_bytes: int = UPLOADS_BYTES, backups_bytes: int = BACKUPS_BYTES,
-                 free: Callable[[Path], int] = free_bytes, readers: Readers = MappingProxyType({})) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        clock: Clock = utc_now,
+        *,
+        database: str | None = None,
+        uploads_bytes: int = UPLOADS_BYTES,
+        backups_bytes: int = BACKUPS_BYTES,
+        free: Callable[[Path], int] = free_bytes,
+        readers: Readers = MappingProxyType({}),
+    ) -> None:
         self.folder = Path(folder).absolute()
         self._clock = clock
         self._readers = readers
@@ -105,22 +129,33 @@ class Store:
             self._replaced = Replaced(self.folder)
             self._quota = PictureQuota(self.folder, uploads_bytes, free)
             if database is None:
-                self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes,
-                                        is_damaged=lambda: any(damage.restorable for damage in self.damaged))
+                self._backups = Backups(
+                    self.folder / "backups",
+                    self.folder / FILE,
+                    backups_bytes,
+                    is_damaged=lambda: any(damage.restorable for damage in self.damaged),
+                )
                 self._database = open_sqlite(self.folder, self._backups, self._quarantine, readers)
             else:
-                self._database, self._database_lock = open_postgresql(database, self.folder, self._quarantine,
-                                                                        readers)
+                self._database, self._database_lock = open_postgresql(
+                    database, self.folder, self._quarantine, readers
+                )
             undo.callback(self._database.close)
             self.failures = self._database.failures
             if self._database_lock is not None:
                 undo.callback(self._database_lock.close)
-            context = self._context = StoreContext(self.folder, self._database, self._quarantine, clock, self._quota)
+            context = self._context = StoreContext(
+                self.folder, self._database, self._quarantine, clock, self._quota
+            )
             self._repositories: dict[object, Any] = {}
             self.snapshots = SnapshotRepository(context)
             self._lost = self.snapshots.lost()
             if self._lost:
-                log.error("pictures are missing from %s: %s", self.folder / "pictures", ", ".join(sorted(self._lost)))
+                log.error(
+                    "pictures are missing from %s: %s",
+                    self.folder / "pictures",
+                    ", ".join(sorted(self._lost)),
+                )
             self.drafts = DraftRepository(context, self.snapshots)
             self.calibrations = CalibrationRepository(context)
             self.lenses = LensRepository(context)
@@ -152,15 +187,22 @@ class Store:
         """Return what a capability saves here: kind(context), made when it is first asked for."""
         made: Made | None = self._repositories.get(kind)
         # No lock: the event loop asks too. Of two that are made at once, both callers get the first.
-        return made if made is not None else self._repositories.setdefault(kind, kind(self._context))
+        return (
+            made if made is not None else self._repositories.setdefault(kind, kind(self._context))
+        )
 
     def archive(self, fields: Path | None = None, *, passwords: bool = False) -> Iterator[bytes]:
         """Yield everything as one zip, piece by piece.
 
         fields: the folder of the operator's own. passwords: whether it has those of cameras, in clear.
         """
-        return archive_pieces(self._database, self.folder, fields, self._clock,
-                              lambda camera: self.cameras.archived(camera, passwords))
+        return archive_pieces(
+            self._database,
+            self.folder,
+            fields,
+            self._clock,
+            lambda camera: self.cameras.archived(camera, passwords),
+        )
 
     def find_restoration(self) -> Restoration:
         """Return which backup restore_backup would restore, and what would be lost; Conflict where it cannot."""
@@ -181,9 +223,14 @@ class Store:
 
     def _own_backups(self) -> Backups:
         if self._backups is None:
-            raise Conflict(say("backup.postgresql", "Touchline makes no backups of a PostgreSQL database."),
-                           say("backup.restore-yours", "Restore your own backup of it, for example with pg_restore."),
-                           reason="no-own-backups")
+            raise Conflict(
+                say("backup.postgresql", "Touchline makes no backups of a PostgreSQL database."),
+                say(
+                    "backup.restore-yours",
+                    "Restore your own backup of it, for example with pg_restore.",
+                ),
+                reason="no-own-backups",
+            )
         return self._backups
 
     @property
@@ -196,17 +243,35 @@ class Store:
     def warnings(self) -> tuple[Warning, ...]:
         """What an operator should know: what could not be read or saved, a full disk, another server that saves."""
         if not self._lock.is_in(self.folder):
-            return (Warning("data-folder-moved",
-                            say("disk.folder-moved", "The data folder {folder} was moved or deleted while Touchline is "
-                                "running.", folder=str(self.folder)),
-                            say("disk.put-back", "Move it back, then restart Touchline.")),)
-        lost = Warning("images-missing", say("disk.images-missing", "Images are missing from the folder pictures: "
-                                             "{count}.", count=len(self._lost)),
-                       say("disk.put-images-back", "Copy them back from a copy of your own or from an archive, then "
-                           "restart Touchline. Calibrations are not affected."))
+            return (
+                Warning(
+                    "data-folder-moved",
+                    say(
+                        "disk.folder-moved",
+                        "The data folder {folder} was moved or deleted while Touchline is running.",
+                        folder=str(self.folder),
+                    ),
+                    say("disk.put-back", "Move it back, then restart Touchline."),
+                ),
+            )
+        lost = Warning(
+            "images-missing",
+            say(
+                "disk.images-missing",
+                "Images are missing from the folder pictures: {count}.",
+                count=len(self._lost),
+            ),
+            say(
+                "disk.put-images-back",
+                "Copy them back from a copy of your own or from an archive, then "
+                "restart Touchline. Calibrations are not affected.",
+            ),
+        )
         watched = (self.failures, self._quota, self._backups, self._database_lock, self.cameras)
-        return (*((lost,) if self._lost else ()),
-                *(warning for one in watched if one is not None for warning in one.warnings()))
+        return (
+            *((lost,) if self._lost else ()),
+            *(warning for one in watched if one is not None for warning in one.warnings()),
+        )
 
     @property
     def damaged(self) -> tuple[Damage, ...]:
@@ -219,6 +284,8 @@ def _usable(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise Unavailable(f"The data folder {folder} cannot be used: {error.strerror or error}.",
-                          "Choose another folder with --data, or give this user write permission.",
-                          reason="data-folder") from None
+        raise Unavailable(
+            f"The data folder {folder} cannot be used: {error.strerror or error}.",
+            "Choose another folder with --data, or give this user write permission.",
+            reason="data-folder",
+        ) from None

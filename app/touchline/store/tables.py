@@ -64,8 +64,11 @@ class CalibrationRow(Sequenced):
     """One version, never written again but for its deletion, which hides it and keeps its number."""
 
     __tablename__ = "calibrations"
-    __table_args__ = (UniqueConstraint("camera_key", "version"),
-                      Index("ix_calibrations_camera", "camera_key", "sequence"), {"sqlite_autoincrement": True})
+    __table_args__ = (
+        UniqueConstraint("camera_key", "version"),
+        Index("ix_calibrations_camera", "camera_key", "sequence"),
+        {"sqlite_autoincrement": True},
+    )
 
     camera_key: Mapped[str] = mapped_column(String(12))
     version: Mapped[int]
@@ -194,7 +197,19 @@ class LedgerRow(Base):
 
 
 # What is checked, archived and restored, in an order in which a row's references come before it.
-ARCHIVED_TABLES: tuple[type[Base], ...] = (SnapshotRow, DraftRow, CalibrationRow, ActiveRow, ActivationRow, LensRow,
-                                           CameraRow, IdentityRow, RigRow, RollRow, PresetRow)
-CHECKSUMMED_TABLES: tuple[type[Checksummed], ...] = tuple(table for table in ARCHIVED_TABLES
-                                                          if issubclass(table, Checksummed))
+ARCHIVED_TABLES: tuple[type[Base], ...] = (
+    SnapshotRow,
+    DraftRow,
+    CalibrationRow,
+    ActiveRow,
+    ActivationRow,
+    LensRow,
+    CameraRow,
+    IdentityRow,
+    RigRow,
+    RollRow,
+    PresetRow,
+)
+CHECKSUMMED_TABLES: tuple[type[Checksummed], ...] = tuple(
+    table for table in ARCHIVED_TABLES if issubclass(table, Checksummed)
+)

@@ -73,7 +73,9 @@ class SagVerdict:
         """Return whether the lens bows the edges visibly."""
         if self.most.px > max(self.noise_px, 2 * self.most.sigma_px):
             return "significant"
-        within = self.border.px + 2 * self.border.sigma_px < MAX_UNSEEN_SHARE * self.border.length_px
+        within = (
+            self.border.px + 2 * self.border.sigma_px < MAX_UNSEEN_SHARE * self.border.length_px
+        )
         return "none" if self.most.px <= self.noise_px and within else "unknown"
 
 
@@ -81,20 +83,29 @@ def sag_verdict(fit: PlumbLineFit, chains: Sequence[Points]) -> SagVerdict:
     """Compare the sag of the chains that the fit used with their noise; chains as they were given to it."""
     used = [c for c in fit.chains if c.used]
     # Where edges were seen, another term would bow them alike; towards the border the two part.
-    sags = [LineSag(chain.index, chain.length_px, px, sigma_px)
-            for chain, px, sigma_px in zip(used, *_sags(fit, _ends_of_used(fit, chains), fit.statistical_covariance),
-                                           strict=True)]
+    sags = [
+        LineSag(chain.index, chain.length_px, px, sigma_px)
+        for chain, px, sigma_px in zip(
+            used, *_sags(fit, _ends_of_used(fit, chains), fit.statistical_covariance), strict=True
+        )
+    ]
     # Of the bows that the fit is sure of the largest: a short edge far out must not hide it.
     most = max(sags, key=lambda sag: (sag.px > 2 * sag.sigma_px, sag.px))
-    return SagVerdict(most, max(sags, key=lambda sag: sag.length_px), _border_sag(fit),
-                      max(float(SAG_PER_RMS) * fit.after_px, MIN_SAG_PX))
+    return SagVerdict(
+        most,
+        max(sags, key=lambda sag: sag.length_px),
+        _border_sag(fit),
+        max(float(SAG_PER_RMS) * fit.after_px, MIN_SAG_PX),
+    )
 
 
 def _border_sag(fit: PlumbLineFit) -> LineSag:
     """Return the bow of that side of the picture which could bow most."""
     width, height = fit.lens.image_size
-    sides = np.array([[[0, y], [width - 1, y]] for y in (0.0, height - 1.0)]
-                     + [[[x, 0], [x, height - 1]] for x in (0.0, width - 1.0)])
+    sides = np.array(
+        [[[0, y], [width - 1, y]] for y in (0.0, height - 1.0)]
+        + [[[x, 0], [x, height - 1]] for x in (0.0, width - 1.0)]
+    )
     px, sigma_px = _sags(fit, sides, fit.covariance)
     worst = int(np.argmax(np.nan_to_num(px, nan=np.inf) + 2 * np.array(sigma_px)))
     return LineSag(-1, float(np.ptp(sides[worst])), px[worst], sigma_px[worst])
@@ -106,16 +117,26 @@ def _ends_of_used(fit: PlumbLineFit, chains: Sequence[Points]) -> Array:
 
 def _ends(points: Points) -> Array:
     """Return the two points furthest apart along the line, (2, 2): clicks come in any order."""
-    along = (points - points.mean(axis=0)) @ np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
+    along = (points - points.mean(axis=0)) @ np.linalg.svd(
+        points - points.mean(axis=0), full_matrices=False
+    )[2][0]
     return points[[int(np.argmin(along)), int(np.argmax(along))]]
 
 
 def _sags(fit: PlumbLineFit, ends: Array, covariance: Array) -> tuple[list[float], list[float]]:
     """Return px and σ of the lines between ends (c, 2, 2)."""
     steps = np.clip(1e-3 * fit.sigma, MIN_STEP, MAX_STEP)
-    by_value = np.stack([(sag_px(_with_value_moved(fit, i, step), ends)
-                          - sag_px(_with_value_moved(fit, i, -step), ends)) / (2 * step)
-                         for i, step in enumerate(steps)], axis=1)
+    by_value = np.stack(
+        [
+            (
+                sag_px(_with_value_moved(fit, i, step), ends)
+                - sag_px(_with_value_moved(fit, i, -step), ends)
+            )
+            / (2 * step)
+            for i, step in enumerate(steps)
+        ],
+        axis=1,
+    )
     sigma = np.sqrt(np.einsum("ci,ij,cj->c", by_value, covariance, by_value))
     # Infinite where the lens ends just beyond: nothing is known of it there.
     return sag_px(fit.lens, ends).tolist(), np.where(np.isfinite(sigma), sigma, np.inf).tolist()
@@ -125,7 +146,9 @@ def sag_px(lens: Distortion, ends: Array) -> Array:
     """Return how far the picture of a straight line leaves the chord between its ends (…, 2, 2) px."""
     raw = picture_of_line(lens, ends)
     chord = ends[..., 1, :] - ends[..., 0, :]
-    across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.linalg.norm(chord, axis=-1, keepdims=True)
+    across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.linalg.norm(
+        chord, axis=-1, keepdims=True
+    )
     return np.abs(np.einsum("...pi,...i->...p", raw - ends[..., :1, :], across)).max(axis=-1)
 
 
@@ -135,7 +158,9 @@ def picture_of_line(lens: Distortion, ends: Array, along: Array = ALONG) -> Arra
     along (n, 1): the places on the undistorted line, from 0 to 1.
     """
     straight = lens.undistorted_from_raw(ends)
-    return lens.raw_from_undistorted(straight[..., :1, :] * (1 - along) + straight[..., 1:, :] * along)
+    return lens.raw_from_undistorted(
+        straight[..., :1, :] * (1 - along) + straight[..., 1:, :] * along
+    )
 
 
 def _with_value_moved(fit: PlumbLineFit, which: int, step: float) -> Distortion:
@@ -174,8 +199,13 @@ class CommonBow:
         return int(np.argmax(np.abs(self.share) / self.sigma))
 
 
-def common_bow(fit: PlumbLineFit, verdict: SagVerdict, chains: Sequence[Points], *,
-               centre_sigma_px: float | None = None) -> CommonBow | None:
+def common_bow(
+    fit: PlumbLineFit,
+    verdict: SagVerdict,
+    chains: Sequence[Points],
+    *,
+    centre_sigma_px: float | None = None,
+) -> CommonBow | None:
     """Return the bow that the edges share, if it explains them better than the lens alone; None otherwise.
 
     chains and centre_sigma_px as fit_plumb_lines took them.
@@ -186,7 +216,9 @@ def common_bow(fit: PlumbLineFit, verdict: SagVerdict, chains: Sequence[Points],
     lens = replace(fit.lens, centre_px=size.centre)
     names = [name for name in fit.names if not name.startswith("centre")]
     usual_px = PlumbLineProblem.of(fit.lens.name, None, centre_sigma_px, size).centre_sigma
-    is_off_centre = np.abs(np.subtract(fit.lens.centre_px, size.centre)).max() > MAX_CENTRE_SIGMAS * usual_px
+    is_off_centre = (
+        np.abs(np.subtract(fit.lens.centre_px, size.centre)).max() > MAX_CENTRE_SIGMAS * usual_px
+    )
     min_share = verdict.noise_px / max(edge.length_px for edge in edges.values())
     share = np.zeros(2)
     # The share is found under the lens that the bows have bent, so again under the one that is left without them.
@@ -195,10 +227,17 @@ def common_bow(fit: PlumbLineFit, verdict: SagVerdict, chains: Sequence[Points],
         share = share + step
         if not (np.abs(share) > np.maximum(MIN_SIGMAS * sigma, min_share)).any():
             return None
-        straightened = [edges[i].without(share).points if i in edges else chain for i, chain in enumerate(given)]
+        straightened = [
+            edges[i].without(share).points if i in edges else chain for i, chain in enumerate(given)
+        ]
         try:
-            better = fit_plumb_lines(straightened, size, fit.lens.name, pictures=pictures,
-                                     centre_sigma_px=centre_sigma_px)
+            better = fit_plumb_lines(
+                straightened,
+                size,
+                fit.lens.name,
+                pictures=pictures,
+                centre_sigma_px=centre_sigma_px,
+            )
         except FitFailed:
             return None
         if better.misfit > max_ratio * fit.misfit:
@@ -223,8 +262,11 @@ class _Edge:
 
     def without(self, share: Array) -> "_Edge":
         """Return the edge with a parabola of that share of its length taken away."""
-        return replace(self, points=self.points - np.outer(self.shape, self.normal) * self.length_px
-                       * float(self.normal @ share))
+        return replace(
+            self,
+            points=self.points
+            - np.outer(self.shape, self.normal) * self.length_px * float(self.normal @ share),
+        )
 
 
 def _share(lens: Distortion, names: list[str], edges: list[_Edge]) -> tuple[Array, Array]:
@@ -234,7 +276,9 @@ def _share(lens: Distortion, names: list[str], edges: list[_Edge]) -> tuple[Arra
     for name in names:
         terms = np.array(lens.terms)
         terms[lens.lens.TERMS.index(name)] += TERM_STEP
-        by_terms.append((_bows(replace(lens, terms=tuple(terms.tolist())), edges) - bows) / TERM_STEP)
+        by_terms.append(
+            (_bows(replace(lens, terms=tuple(terms.tolist())), edges) - bows) / TERM_STEP
+        )
     by_share = np.transpose([edge.normal * edge.length_px for edge in edges])
     rows = np.stack([*by_terms, *by_share], axis=1)
     finite = np.isfinite(bows) & np.isfinite(rows).all(axis=1)
@@ -243,7 +287,7 @@ def _share(lens: Distortion, names: list[str], edges: list[_Edge]) -> tuple[Arra
     normal = rows.T @ (rows * weight[:, None])
     inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
     values = inverse @ rows.T @ (weight * bows)
-    return values[len(names):], np.sqrt(np.diag(inverse))[len(names):] * noise_px
+    return values[len(names) :], np.sqrt(np.diag(inverse))[len(names) :] * noise_px
 
 
 def _robust_line_weights(rows: Array, bows: Array) -> tuple[Array, float]:

@@ -102,14 +102,23 @@ class PlumbLineFit:
     @property
     def misfit(self) -> float:
         """Return that of all chains, used or not, so that a lens gains nothing by leaving some out."""
-        square = np.array([min(c.after_px, MAX_MISFIT_PX) ** 2 for c in self.chains if np.isfinite(c.before_px)])
+        square = np.array(
+            [min(c.after_px, MAX_MISFIT_PX) ** 2 for c in self.chains if np.isfinite(c.before_px)]
+        )
         counts = np.array([c.count for c in self.chains if np.isfinite(c.before_px)])
         return float(np.sqrt(np.sum(counts * square / (square + TAU_PX**2)) / counts.sum()))
 
 
-def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str = "division",
-                    terms: tuple[str, ...] | None = None, *, pictures: Sequence[int] | None = None,
-                    centre_sigma_px: float | None = None, noise_px: float = CLICK_PX) -> PlumbLineFit:
+def fit_plumb_lines(
+    chains: Sequence[Points],
+    image_size: ImageSize,
+    lens: str = "division",
+    terms: tuple[str, ...] | None = None,
+    *,
+    pictures: Sequence[int] | None = None,
+    centre_sigma_px: float | None = None,
+    noise_px: float = CLICK_PX,
+) -> PlumbLineFit:
     """Fit a lens to chains (n, 2) px of one or more pictures of one camera; pictures: which each chain is in.
 
     terms: those that are free, the first two by default. centre_sigma_px: how well the picture's centre is known to
@@ -117,37 +126,53 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
     Raises FitFailed where there are too few lines, or no lens makes half of their points straight.
     """
     problem = PlumbLineProblem.of(lens, terms, centre_sigma_px, image_size)
-    given = [as_points(c, f"The points of line {i + 1}").reshape(-1, 2) for i, c in enumerate(chains)]
+    given = [
+        as_points(c, f"The points of line {i + 1}").reshape(-1, 2) for i, c in enumerate(chains)
+    ]
     picture_of = np.zeros(len(given), int) if pictures is None else np.asarray(pictures, int)
     usable = _usable_chains(given, problem)
     max_points = int(np.clip(MAX_POINTS // len(usable), MIN_CHAIN_POINTS, MAX_CHAIN_POINTS))
     unit_px = half_diagonal_px(image_size)
     found = _fit_straight_ones(
-        Chains.of([_thinned(given[i], max_points) for i in usable], unit_px, noise_px), problem)
+        Chains.of([_thinned(given[i], max_points) for i in usable], unit_px, noise_px), problem
+    )
     state, straight = found.minimum.state, found.straight
     groups = groups_of(state, found.chains, picture_of[usable[straight]])
     if groups.max() == 0:
-        raise FitFailed(say("refused.one-edge", "All the straight lines are one edge, or the sides of one."),
-                        say("refused.one-edge.fix", "Mark other edges elsewhere in the image."), reason="one-edge")
+        raise FitFailed(
+            say("refused.one-edge", "All the straight lines are one edge, or the sides of one."),
+            say("refused.one-edge.fix", "Mark other edges elsewhere in the image."),
+            reason="one-edge",
+        )
     statistical = jackknife_covariance(found.minimum, found.chains, groups)
 
     every_point = Chains.of([given[i] for i in usable], unit_px, found.noise_px)
     before = division_rms(every_point.plane(np.array(image_size.centre)), every_point, 0.0)
     after = chain_rms(state, every_point)
     if not np.isfinite(after[straight]).all():
-        raise FitFailed(say("refused.edges-lens", "The best fitting lens does not cover the whole image."), say(
-            "refused.edges-lens.fix", "Try a lens with fewer terms, or mark edges elsewhere in the image."),
-            reason="no-lens")
+        raise FitFailed(
+            say("refused.edges-lens", "The best fitting lens does not cover the whole image."),
+            say(
+                "refused.edges-lens.fix",
+                "Try a lens with fewer terms, or mark edges elsewhere in the image.",
+            ),
+            reason="no-lens",
+        )
     used_counts = every_point.counts[straight]
     centre_is_free = problem.centre_sigma != 0
     return PlumbLineFit(
         Distortion(lens, tuple(state.terms.tolist()), tuple(state.centre.tolist()), image_size),
         (*problem.names, *(("centre_x", "centre_y") if centre_is_free else ())),
         np.concatenate([state.terms[problem.free], state.centre if centre_is_free else []]),
-        _with_next_term(statistical, found.minimum, found.chains, problem, groups), statistical,
+        _with_next_term(statistical, found.minimum, found.chains, problem, groups),
+        statistical,
         _chain_fits(given, picture_of, usable, before, after, straight),
-        _overall_rms(before[straight], used_counts), _overall_rms(after[straight], used_counts),
-        found.noise_px, int(groups.max()) + 1, found.minimum.converged)
+        _overall_rms(before[straight], used_counts),
+        _overall_rms(after[straight], used_counts),
+        found.noise_px,
+        int(groups.max()) + 1,
+        found.minimum.converged,
+    )
 
 
 def _min_chains(problem: PlumbLineProblem) -> int:
@@ -157,13 +182,26 @@ def _min_chains(problem: PlumbLineProblem) -> int:
 def _usable_chains(given: Sequence[Points], problem: PlumbLineProblem) -> Indices:
     """Return which chains are long enough to be bent; FitFailed where they are too few."""
     min_px = MIN_LENGTH * half_diagonal_px(problem.size)
-    usable = np.array([i for i, c in enumerate(given) if len(c) >= MIN_POINTS and _length(c) >= min_px], int)
+    usable = np.array(
+        [i for i, c in enumerate(given) if len(c) >= MIN_POINTS and _length(c) >= min_px], int
+    )
     if len(usable) < _min_chains(problem):
         raise FitFailed(
-            say("refused.few-edges", "There are {n} lines of {px:.0f} px or longer with at least {points} points; "
-                "{least} are required.", n=len(usable), px=min_px, points=MIN_POINTS, least=_min_chains(problem)),
-            say("refused.few-edges.fix", "Mark more straight edges: long ones, and some near the edge of the image."),
-            reason="too-few-lines")
+            say(
+                "refused.few-edges",
+                "There are {n} lines of {px:.0f} px or longer with at least {points} points; "
+                "{least} are required.",
+                n=len(usable),
+                px=min_px,
+                points=MIN_POINTS,
+                least=_min_chains(problem),
+            ),
+            say(
+                "refused.few-edges.fix",
+                "Mark more straight edges: long ones, and some near the edge of the image.",
+            ),
+            reason="too-few-lines",
+        )
     return usable
 
 
@@ -185,10 +223,18 @@ def _fit_straight_ones(chains: Chains, problem: PlumbLineProblem) -> _StraightFi
     state, tried = initial_fit(chains, problem, bend), []
     for _ in range(MAX_ROUNDS):
         points = chains.counts[straight].sum()
-        if straight.sum() < _min_chains(problem) or points < MIN_STRAIGHT_SHARE * chains.counts.sum():
-            raise FitFailed(say("refused.not-straight", "No lens makes enough of the lines straight."), say(
-                "refused.not-straight.fix", "Mark edges that are straight in reality, each one separately."),
-                reason="no-straight-lines")
+        if (
+            straight.sum() < _min_chains(problem)
+            or points < MIN_STRAIGHT_SHARE * chains.counts.sum()
+        ):
+            raise FitFailed(
+                say("refused.not-straight", "No lens makes enough of the lines straight."),
+                say(
+                    "refused.not-straight.fix",
+                    "Mark edges that are straight in reality, each one separately.",
+                ),
+                reason="no-straight-lines",
+            )
         tried.append(straight)
         part = replace(chains.only(straight), noise_px=noise_px)
         minimum = solve(part, state, problem)
@@ -208,16 +254,41 @@ def _straight(rms: Array, counts: Indices) -> Mask:
     return rms <= min(max(CROOKED_RATIO * half, MIN_CROOKED_PX), MAX_STRAIGHT_PX)
 
 
-def _chain_fits(given: Sequence[Points], picture_of: Indices, usable: Indices, before: Array, after: Array,
-                straight: Mask) -> tuple[ChainFit, ...]:
+def _chain_fits(
+    given: Sequence[Points],
+    picture_of: Indices,
+    usable: Indices,
+    before: Array,
+    after: Array,
+    straight: Mask,
+) -> tuple[ChainFit, ...]:
     """Return every chain that was given. before, after, straight: of the usable ones."""
-    def unusable(index: int, chain: Points) -> ChainFit:
-        return ChainFit(index, int(picture_of[index]), len(chain), _length(chain), np.nan, np.nan, False,
-                        "too-short" if len(chain) >= MIN_POINTS else "too-few-points")
 
-    fits = {int(i): ChainFit(int(i), int(picture_of[i]), len(given[i]), _length(given[i]), float(before_px),
-                             float(after_px), bool(used), "" if used else "not-straight")
-            for i, before_px, after_px, used in zip(usable, before, after, straight, strict=True)}
+    def unusable(index: int, chain: Points) -> ChainFit:
+        return ChainFit(
+            index,
+            int(picture_of[index]),
+            len(chain),
+            _length(chain),
+            np.nan,
+            np.nan,
+            False,
+            "too-short" if len(chain) >= MIN_POINTS else "too-few-points",
+        )
+
+    fits = {
+        int(i): ChainFit(
+            int(i),
+            int(picture_of[i]),
+            len(given[i]),
+            _length(given[i]),
+            float(before_px),
+            float(after_px),
+            bool(used),
+            "" if used else "not-straight",
+        )
+        for i, before_px, after_px, used in zip(usable, before, after, straight, strict=True)
+    }
     return tuple(fits.get(i) or unusable(i, chain) for i, chain in enumerate(given))
 
 
@@ -266,35 +337,59 @@ def jackknife_covariance(minimum: Minimum[LineFit], chains: Chains, groups: Indi
     freedom = max(n - 2 * len(chains.starts) - size, 1)  # each chain's line took two
     of_points = inverse * float(np.sum(weight * residuals**2) / freedom)
     # How far the answer moves where one group is left out: one step of Newton's.
-    moved = np.stack([np.linalg.lstsq(total - own, score, rcond=1e-12)[0]
-                      for own, score in zip(information, scores, strict=True)])
+    moved = np.stack(
+        [
+            np.linalg.lstsq(total - own, score, rcond=1e-12)[0]
+            for own, score in zip(information, scores, strict=True)
+        ]
+    )
     # Few groups that carry the answer have few degrees of freedom (Satterthwaite's count of them).
-    widen = np.sqrt([_student_widening(float(np.sum(m**2) ** 2 / max(np.sum(m**4), 1e-300))) for m in moved.T])
+    widen = np.sqrt(
+        [_student_widening(float(np.sum(m**2) ** 2 / max(np.sum(m**4), 1e-300))) for m in moved.T]
+    )
     jackknife = (count - 1) / count * moved.T @ moved * np.outer(widen, widen)
     # The prior of the centre is independent of all groups.
     jackknife = jackknife + inverse @ prior.T @ prior @ inverse
     return jackknife * max(1.0, float(np.max(np.diag(of_points) / np.diag(jackknife))))
 
 
-def _with_next_term(narrow: Array, minimum: Minimum[LineFit], chains: Chains, problem: PlumbLineProblem,
-                    groups: Indices) -> Array:
+def _with_next_term(
+    narrow: Array,
+    minimum: Minimum[LineFit],
+    chains: Chains,
+    problem: PlumbLineProblem,
+    groups: Indices,
+) -> Array:
     """Add to a covariance of terms and centre what one more term would move; nothing where none can be fitted."""
     wider, state, last = problem.wider, minimum.state, len(problem.names) - 1
     if wider is None:
         return narrow
     lens = LINE_LENSES[wider.lens][0]
     terms = np.zeros(len(lens.TERMS))
-    terms[:len(state.terms)] = state.terms
+    terms[: len(state.terms)] = state.terms
     try:
         more = solve(chains, replace(state, lens=lens, terms=terms), wider)
     except FitFailed:
         return narrow
-    return narrow + _moved_by_term(more, last + 1, chains, groups, value=float(more.state.terms[wider.free[-1]]),
-                                   before=float(state.terms[problem.free[-1]]))
+    return narrow + _moved_by_term(
+        more,
+        last + 1,
+        chains,
+        groups,
+        value=float(more.state.terms[wider.free[-1]]),
+        before=float(state.terms[problem.free[-1]]),
+    )
 
 
-def _moved_by_term(wider: Minimum[LineFit], column: int, chains: Chains, groups: Indices, *, value: float,
-                   before: float) -> Array:
+def _moved_by_term(
+    wider: Minimum[LineFit],
+    column: int,
+    chains: Chains,
+    groups: Indices,
+    *,
+    value: float,
+    before: float,
+) -> Array:
     """Return the mean outer product of the moves of the other parameters where this column's term is left out.
 
     value: what the edges give the term. before: the term before it; without edges, this one is taken to be within
@@ -305,7 +400,9 @@ def _moved_by_term(wider: Minimum[LineFit], column: int, chains: Chains, groups:
     weight = np.ones(len(wider.residuals))
     weight[:n] = robust_weight(wider.residuals[:n], 1.0)
     information = wider.jacobian.T @ (wider.jacobian * weight[:, None])
-    moves = np.linalg.lstsq(information[np.ix_(others, others)], information[others, column], rcond=1e-12)[0]
+    moves = np.linalg.lstsq(
+        information[np.ix_(others, others)], information[others, column], rcond=1e-12
+    )[0]
     prior = max(MAX_NEXT_TERM * abs(before), MIN_NEXT_TERM) ** 2
     by_edges = jackknife_covariance(wider, chains, groups)[column, column]
     trust = prior / (prior + by_edges)

@@ -37,7 +37,9 @@ class RollPart(CameraPart):
 
     def __init__(self, around: PartContext) -> None:
         monitor = RollMonitor(around.capture)
-        self.requests = {"rolls": lambda asked: (monitor.poll(asked["watch"], asked["after"], asked["seq"]), b"")}
+        self.requests = {
+            "rolls": lambda asked: (monitor.poll(asked["watch"], asked["after"], asked["seq"]), b"")
+        }
 
 
 class RollMonitor:
@@ -59,12 +61,20 @@ class RollMonitor:
                 self._newest = None
                 self._thread = threading.Thread(target=self._follow, name="rolls", daemon=True)
                 self._thread.start()
-            self._lock.wait_for(lambda: self._newest is not None
-                                and (self._newest["seq"] != seq or self._newest["watch"] != watch), WAIT_S)
+            self._lock.wait_for(
+                lambda: (
+                    self._newest is not None
+                    and (self._newest["seq"] != seq or self._newest["watch"] != watch)
+                ),
+                WAIT_S,
+            )
             if self._newest is None or self._newest["seq"] == seq:
                 raise no_frames()
             after = after if self._newest["watch"] == watch else 0
-            return {**self._newest, "rolls": [roll for roll in self._rolls if roll["number"] > after]}
+            return {
+                **self._newest,
+                "rolls": [roll for roll in self._rolls if roll["number"] > after],
+            }
 
     def _follow(self) -> None:
         give_way(NICE)
@@ -90,10 +100,19 @@ class RollMonitor:
                 if watch.count == len(new):  # those that are there are of the watch before
                     self._rolls.clear()
                 self._rolls.extend(new)
-                self._newest = stated({
-                    "watch": watch.id, "seq": seq, "time": taken.time, "width": size.width, "height": size.height,
-                    "tracks": _drawn_tracks(watch.recorder, size.width),
-                    "hint": "" if watch.recorder.is_still else join(PICTURE_CHANGES, SECURE_CAMERA)})
+                self._newest = stated(
+                    {
+                        "watch": watch.id,
+                        "seq": seq,
+                        "time": taken.time,
+                        "width": size.width,
+                        "height": size.height,
+                        "tracks": _drawn_tracks(watch.recorder, size.width),
+                        "hint": ""
+                        if watch.recorder.is_still
+                        else join(PICTURE_CHANGES, SECURE_CAMERA),
+                    }
+                )
                 self._lock.notify_all()
 
 
@@ -111,10 +130,17 @@ class _Watch:
         for roll in ended:
             self.count += 1
             # Watch and four digits of a roll's number are its id.
-            new.append({"number": self.count, "id": f"{self.id}{self.count % 65536:04x}",
-                        "at": round(taken.time - (taken.moment - roll.to_s), 3), "seconds": roll.seconds,
-                        "points": roll.points.round(2).tolist(), "rms_px": roll.rms_px,
-                        "straight_px": roll.straight_px})
+            new.append(
+                {
+                    "number": self.count,
+                    "id": f"{self.id}{self.count % 65536:04x}",
+                    "at": round(taken.time - (taken.moment - roll.to_s), 3),
+                    "seconds": roll.seconds,
+                    "points": roll.points.round(2).tolist(),
+                    "rms_px": roll.rms_px,
+                    "straight_px": roll.straight_px,
+                }
+            )
         return new
 
 

@@ -66,15 +66,20 @@ class RollRecorder:
         self.frames = 0
         self.rolls: list[RecordedRoll] = []
 
-    def add(self, seconds: float, pixels: NDArray[np.uint8], number: int | None = None) -> list[RecordedRoll]:
+    def add(
+        self, seconds: float, pixels: NDArray[np.uint8], number: int | None = None
+    ) -> list[RecordedRoll]:
         """Add a frame (h, w, 3), when it was taken, and its number where some were missed; return the rolls just ended.
 
         BadInput for another size.
         """
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if self._size is not None and size != self._size:
-            raise BadInput(say("rolls.frames-differ", "The frames have different sizes."),
-                           say("rolls.one-resolution", "Use one camera at one resolution."), reason="size-mismatch")
+            raise BadInput(
+                say("rolls.frames-differ", "The frames have different sizes."),
+                say("rolls.one-resolution", "Use one camera at one resolution."),
+                reason="size-mismatch",
+            )
         self._size = size
         number = self.frames if number is None else number
         self._first_s = float(seconds) if not self.frames else self._first_s
@@ -83,7 +88,9 @@ class RollRecorder:
             del self._times[next(iter(self._times))]
         self.frames += 1
         ended = self._cut(self._tracker.add(number, self._motion.add(pixels)))
-        return ended + (self._settled(number) if self._live and self.frames % CUT_EVERY == 0 else [])
+        return ended + (
+            self._settled(number) if self._live and self.frames % CUT_EVERY == 0 else []
+        )
 
     def end(self) -> list[RecordedRoll]:
         """End all tracks; return their rolls."""
@@ -103,19 +110,33 @@ class RollRecorder:
     def size(self) -> ImageSize:
         """Return the frames' size; BadInput before the first one."""
         if self._size is None:
-            raise BadInput(say("rolls.no-frames", "There are no frames."),
-                           say("rolls.use-video", "Use a video, or wait for the camera."), reason="nothing-given")
+            raise BadInput(
+                say("rolls.no-frames", "There are no frames."),
+                say("rolls.use-video", "Use a video, or wait for the camera."),
+                reason="nothing-given",
+            )
         return self._size
 
     def report(self, model: CameraModel | None = None, name: str | None = None) -> JsonObject:
         """Return all figures as plain JSON; `corrected` where a model was given, `lens` where three rolls give one."""
         figures = roll_report(self.rolls, self.size, model, name)
         if not self.is_still:
-            raise BadInput(say("rolls.not-still", "Nearly the whole image changes repeatedly: the camera or its "
-                               "light is not steady."), SECURE_CAMERA, reason="camera-not-still")
-        return {**figures, "frames": self.frames, "seconds": self._last_s - self._first_s,
-                "runs": [roll.to_json() for roll in self.rolls],
-                "lens": straightness_or_none(self.rolls, figures, self.size)}
+            raise BadInput(
+                say(
+                    "rolls.not-still",
+                    "Nearly the whole image changes repeatedly: the camera or its "
+                    "light is not steady.",
+                ),
+                SECURE_CAMERA,
+                reason="camera-not-still",
+            )
+        return {
+            **figures,
+            "frames": self.frames,
+            "seconds": self._last_s - self._first_s,
+            "runs": [roll.to_json() for roll in self.rolls],
+            "lens": straightness_or_none(self.rolls, figures, self.size),
+        }
 
     def _cut(self, tracks: Sequence[Track]) -> list[RecordedRoll]:
         new = [self._recorded(run) for track in tracks for run in self._runs(track)]
@@ -137,14 +158,23 @@ class RollRecorder:
         return new
 
     def _runs(self, track: Track) -> list[StraightRun]:
-        return straight_runs(track.frames, track.points, float(np.hypot(self.size.width, self.size.height)))
+        return straight_runs(
+            track.frames, track.points, float(np.hypot(self.size.width, self.size.height))
+        )
 
     def _recorded(self, run: StraightRun) -> RecordedRoll:
-        return RecordedRoll(run.points, self._times[int(run.frames[0])], self._times[int(run.frames[-1])], run.rms_px,
-                            run.straight_px)
+        return RecordedRoll(
+            run.points,
+            self._times[int(run.frames[0])],
+            self._times[int(run.frames[-1])],
+            run.rms_px,
+            run.straight_px,
+        )
 
 
-def straightness_or_none(rolls: Sequence[RecordedRoll], figures: JsonObject, size: ImageSize) -> JsonObject | None:
+def straightness_or_none(
+    rolls: Sequence[RecordedRoll], figures: JsonObject, size: ImageSize
+) -> JsonObject | None:
     """Fit the rolls as plumb lines, as edges are; None where they give no lens. figures: their report."""
     agreeing = agreeing_rolls(rolls, figures)
     if len(agreeing) < MIN_FOR_LENS:
@@ -163,13 +193,18 @@ def agreeing_rolls(rolls: Sequence[RecordedRoll], figures: JsonObject) -> list[R
 def run_motion(spec: Any, progress: Progress) -> JsonObject:
     """A job: {"film": path | None, "rolls": as stored, "image_size", "calibration": JSON | None, "make", "lens",
     "centre_sigma_px", "note", "camera"} to {"report", "lens": a record | None, "calibration": JSON | None}."""
-    calibration = None if spec["calibration"] is None else Calibration.from_json(spec["calibration"])
+    calibration = (
+        None if spec["calibration"] is None else Calibration.from_json(spec["calibration"])
+    )
     if spec["film"] is not None:
         recorder = track_film(spec["film"], subprogress(progress, 0.0, TRACKING_SHARE), calibration)
         rolls, size = recorder.rolls, recorder.size
         report = recorder.report(*model_for_size(calibration, size))
     else:
-        rolls, size = [roll_from_json(one) for one in spec["rolls"]], ImageSize.of(spec["image_size"])
+        rolls, size = (
+            [roll_from_json(one) for one in spec["rolls"]],
+            ImageSize.of(spec["image_size"]),
+        )
         report = roll_report(rolls, size, *model_for_size(calibration, size))
         report = {**report, "runs": [roll.to_json() for roll in rolls]}
     lens = refined = None
@@ -178,7 +213,10 @@ def run_motion(spec: Any, progress: Progress) -> JsonObject:
         kind, centre_sigma_px = spec["lens"], spec["centre_sigma_px"]
         before = check_refinable(calibration) if spec["make"] == "refined" else None
         if before is not None:
-            kind, centre_sigma_px = before.model_name, float(before.options.get("centre_sigma_px") or 0.0)
+            kind, centre_sigma_px = (
+                before.model_name,
+                float(before.options.get("centre_sigma_px") or 0.0),
+            )
         lens = lens_record(rolls, size, kind, centre_sigma_px, spec["note"], spec["camera"])
         if before is not None:
             refined = refine(before, lens, spec["note"], subprogress(progress, 0.8, 1.0)).to_json()
@@ -186,7 +224,9 @@ def run_motion(spec: Any, progress: Progress) -> JsonObject:
     return {"report": report, "lens": lens, "calibration": refined}
 
 
-def track_film(film: str, progress: Progress = no_progress, calibration: Calibration | None = None) -> RollRecorder:
+def track_film(
+    film: str, progress: Progress = no_progress, calibration: Calibration | None = None
+) -> RollRecorder:
     """Record the rolls of a film, which is read once. calibration: refused early where its picture size differs."""
     recorder = RollRecorder()
     with closing(read_video(film)) as frames:
@@ -195,14 +235,22 @@ def track_film(film: str, progress: Progress = no_progress, calibration: Calibra
                 model_for_size(calibration, frame.size)
             recorder.add(moment_s, frame.pixels)
             if number % PROGRESS_EVERY == 0:
-                progress(number / (number + 200),
-                         say("progress.tracking", "Tracking motion: {seconds:.1f} s, {rolls} rolls",
-                             seconds=moment_s, rolls=len(recorder.rolls)))
+                progress(
+                    number / (number + 200),
+                    say(
+                        "progress.tracking",
+                        "Tracking motion: {seconds:.1f} s, {rolls} rolls",
+                        seconds=moment_s,
+                        rolls=len(recorder.rolls),
+                    ),
+                )
     recorder.end()
     return recorder
 
 
-def stored_rolls_json(stored: Sequence[Mapping[str, Any]], calibration: Calibration | None) -> JsonObject:
+def stored_rolls_json(
+    stored: Sequence[Mapping[str, Any]], calibration: Calibration | None
+) -> JsonObject:
     """Return stored rolls, oldest first, with the figures of each and of all: {"items", "report"}.
 
     Only those of the newest one's picture size count; the report is None without any.
@@ -210,7 +258,9 @@ def stored_rolls_json(stored: Sequence[Mapping[str, Any]], calibration: Calibrat
     if not stored:
         return {"items": [], "report": None}
     size = ImageSize.of(stored[-1]["image_size"])
-    counting = [one for one in stored if ImageSize.of(one["image_size"]) == size and not one["left_out"]]
+    counting = [
+        one for one in stored if ImageSize.of(one["image_size"]) == size and not one["left_out"]
+    ]
     model = name = None
     if calibration is not None and calibration.image_size == size:
         model, name = model_of(calibration), calibration.id
@@ -222,22 +272,43 @@ def stored_rolls_json(stored: Sequence[Mapping[str, Any]], calibration: Calibrat
             by_id[counting[one["number"]]["id"]][view] = one
     items = []
     for one in stored:
-        drawn = np.unique(np.linspace(0, len(one["points"]) - 1, MAX_DRAWN_POINTS).round().astype(int))
-        items.append({"id": one["id"], "at": one["at"], "seconds": one["seconds"], "left_out": one["left_out"],
-                      "counts": ImageSize.of(one["image_size"]) == size, "points": [one["points"][i] for i in drawn],
-                      **by_id[one["id"]]})
+        drawn = np.unique(
+            np.linspace(0, len(one["points"]) - 1, MAX_DRAWN_POINTS).round().astype(int)
+        )
+        items.append(
+            {
+                "id": one["id"],
+                "at": one["at"],
+                "seconds": one["seconds"],
+                "left_out": one["left_out"],
+                "counts": ImageSize.of(one["image_size"]) == size,
+                "points": [one["points"][i] for i in drawn],
+                **by_id[one["id"]],
+            }
+        )
     return {"items": items, "report": report}
 
 
 def roll_from_json(one: Mapping[str, Any]) -> RecordedRoll:
     """Read a roll as it is stored or sent: {"points", "seconds"}, perhaps "at", "rms_px" and "straight_px"."""
     end_s = float(one.get("at") or one["seconds"])
-    return RecordedRoll(np.array(one["points"], float), end_s - one["seconds"], end_s, one.get("rms_px", 0.0),
-                        one.get("straight_px", 0.0))
+    return RecordedRoll(
+        np.array(one["points"], float),
+        end_s - one["seconds"],
+        end_s,
+        one.get("rms_px", 0.0),
+        one.get("straight_px", 0.0),
+    )
 
 
-def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "auto", centre_sigma_px: float | None = 0.0,
-                note: str = "", camera: str | None = None) -> JsonObject:
+def lens_record(
+    rolls: Sequence[RecordedRoll],
+    size: ImageSize,
+    kind: str = "auto",
+    centre_sigma_px: float | None = 0.0,
+    note: str = "",
+    camera: str | None = None,
+) -> JsonObject:
     """Return a lens from rolls as plumb lines, as GET /lenses has it; FitFailed where they give none.
 
     Its covariance is that of plumb lines, but never less than rolls allow, which spin and slope push aside.
@@ -245,78 +316,166 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
     figures = roll_report(rolls, size)
     used = agreeing_rolls(rolls, figures)
     if not figures["raw"]["free"]:
-        raise FitFailed(say("rolls.driven", "These are not free rolls. The moving object was driven or pushed."),
-                        say("rolls.roll-one-ball", "Delete them, and roll one ball while nothing else moves."),
-                        reason="not-free")
+        raise FitFailed(
+            say(
+                "rolls.driven", "These are not free rolls. The moving object was driven or pushed."
+            ),
+            say("rolls.roll-one-ball", "Delete them, and roll one ball while nothing else moves."),
+            reason="not-free",
+        )
     if len(used) < MIN_FOR_LENS:
-        raise FitFailed(say("rolls.too-few", "{agreeing} rolls agree with each other. A lens needs {needed}.",
-                            agreeing=len(used), needed=MIN_FOR_LENS),
-                        say("rolls.roll-more", "Roll the ball more often, fast, in several directions, near the "
-                            "edges of the image."), reason="too-few-rolls")
-    found = straightness((), [roll.points for roll in used], size, lens=kind, centre_sigma_px=centre_sigma_px)
+        raise FitFailed(
+            say(
+                "rolls.too-few",
+                "{agreeing} rolls agree with each other. A lens needs {needed}.",
+                agreeing=len(used),
+                needed=MIN_FOR_LENS,
+            ),
+            say(
+                "rolls.roll-more",
+                "Roll the ball more often, fast, in several directions, near the "
+                "edges of the image.",
+            ),
+            reason="too-few-rolls",
+        )
+    found = straightness(
+        (), [roll.points for roll in used], size, lens=kind, centre_sigma_px=centre_sigma_px
+    )
     border = found["bow"]["border"]
-    by_lines, by_rolls = 100 * border["sigma_px"] / border["length_px"], figures["raw"]["border_sigma_pct"]
+    by_lines, by_rolls = (
+        100 * border["sigma_px"] / border["length_px"],
+        figures["raw"]["border_sigma_pct"],
+    )
     widening = max(1.0, by_rolls / max(by_lines, 1e-9))
-    lens = DistortionEstimate(Distortion.from_json(found["lens"]), tuple(found["names"]),
-                              widening**2 * np.array(found["covariance"]))
-    level = {"significant": "good", "none": "good", "unknown": "poor" if found["edges_bow"] else "fair"}[
-        found["distortion"]]
-    return {"camera": camera, "note": note or f"From {len(used)} rolls", "model": lens.distortion.name,
-            "lens": lens.to_json(), "board": None, "image_size": list(size), "snapshots": None,
-            "software": f"touchline {__version__}",
-            "report": {"rms_px": found["straightness_px"]["after"], "views": [], "warnings": [],
-                       "verdict": stated({"level": level, "sentence": found["sentence"]}), "rolls": len(used),
-                       "straightness_px": found["straightness_px"], "bow": found["bow"],
-                       "sigma": {name: float(np.sqrt(lens.covariance[i, i])) for i, name in enumerate(lens.names)}}}
+    lens = DistortionEstimate(
+        Distortion.from_json(found["lens"]),
+        tuple(found["names"]),
+        widening**2 * np.array(found["covariance"]),
+    )
+    level = {
+        "significant": "good",
+        "none": "good",
+        "unknown": "poor" if found["edges_bow"] else "fair",
+    }[found["distortion"]]
+    return {
+        "camera": camera,
+        "note": note or f"From {len(used)} rolls",
+        "model": lens.distortion.name,
+        "lens": lens.to_json(),
+        "board": None,
+        "image_size": list(size),
+        "snapshots": None,
+        "software": f"touchline {__version__}",
+        "report": {
+            "rms_px": found["straightness_px"]["after"],
+            "views": [],
+            "warnings": [],
+            "verdict": stated({"level": level, "sentence": found["sentence"]}),
+            "rolls": len(used),
+            "straightness_px": found["straightness_px"],
+            "bow": found["bow"],
+            "sigma": {
+                name: float(np.sqrt(lens.covariance[i, i])) for i, name in enumerate(lens.names)
+            },
+        },
+    }
 
 
 def check_refinable(calibration: Calibration | None) -> Calibration:
     """Return the calibration; Conflict where there is none or rolls cannot refine it."""
     if calibration is None:
-        raise Conflict(say("rolls.nothing-to-refine", "There is no calibration to refine."),
-                       say("rolls.select-calibration", "Activate or select a calibration."), reason="not-calibrated")
+        raise Conflict(
+            say("rolls.nothing-to-refine", "There is no calibration to refine."),
+            say("rolls.select-calibration", "Activate or select a calibration."),
+            reason="not-calibrated",
+        )
     if calibration.model_name not in LINE_LENSES:
-        raise Conflict(say("rolls.model-not-refinable", "Straight rolls cannot refine {model}, because they determine "
-                           "none of its terms.", model=calibration.model_name),
-                       say("rolls.fit-one-of", "Fit one of {models}, or fit a lens to the rolls.",
-                           models=list(LINE_LENSES)), reason="not-refinable")
+        raise Conflict(
+            say(
+                "rolls.model-not-refinable",
+                "Straight rolls cannot refine {model}, because they determine none of its terms.",
+                model=calibration.model_name,
+            ),
+            say(
+                "rolls.fit-one-of",
+                "Fit one of {models}, or fit a lens to the rolls.",
+                models=list(LINE_LENSES),
+            ),
+            reason="not-refinable",
+        )
     if calibration.options.get("lens"):
-        raise Conflict(say("rolls.lens-from-elsewhere", "This calibration uses a lens from elsewhere, which would be "
-                           "replaced."),
-                       say("rolls.refine-own-lens", "Refine a calibration whose lens was fitted to its own points, "
-                           "or fit a lens to the rolls."), reason="not-refinable")
+        raise Conflict(
+            say(
+                "rolls.lens-from-elsewhere",
+                "This calibration uses a lens from elsewhere, which would be replaced.",
+            ),
+            say(
+                "rolls.refine-own-lens",
+                "Refine a calibration whose lens was fitted to its own points, "
+                "or fit a lens to the rolls.",
+            ),
+            reason="not-refinable",
+        )
     if not calibration.observations:
-        raise Conflict(say("rolls.no-points", "This calibration was imported and has no points."),
-                       say("rolls.calibrate-first", "Calibrate from an image first."), reason="not-refinable")
+        raise Conflict(
+            say("rolls.no-points", "This calibration was imported and has no points."),
+            say("rolls.calibrate-first", "Calibrate from an image first."),
+            reason="not-refinable",
+        )
     return calibration
 
 
-def refine(calibration: Calibration, lens: Mapping[str, Any], note: str = "",
-           progress: Progress = no_progress) -> Calibration:
+def refine(
+    calibration: Calibration,
+    lens: Mapping[str, Any],
+    note: str = "",
+    progress: Progress = no_progress,
+) -> Calibration:
     """Fit the calibration's own clicks again, with the distortion of that lens record as a prior."""
     check_refinable(calibration)
-    options = {**calibration.options, "lens": {"name": lens["model"], "lens": lens["lens"]}, "lens_sigma": "own"}
-    request = CalibrationRequest.of(calibration, options, note or f"Version {calibration.version}, lens refined with "
-                                                                  f"{lens['report']['rolls']} rolls")
+    options = {
+        **calibration.options,
+        "lens": {"name": lens["model"], "lens": lens["lens"]},
+        "lens_sigma": "own",
+    }
+    request = CalibrationRequest.of(
+        calibration,
+        options,
+        note or f"Version {calibration.version}, lens refined with {lens['report']['rolls']} rolls",
+    )
     return request.record(request.run(progress), parent=calibration.id)
 
 
 def check_product(make: str, lens: str, centre_sigma_px: float | None) -> None:
     """Refuse what can be refused before a film is read."""
     if make not in PRODUCTS:
-        raise BadInput(f"Rolls cannot be used for {make!r}.", f"Use one of: {', '.join(PRODUCTS)}.",
-                       reason="bad-option")
+        raise BadInput(
+            f"Rolls cannot be used for {make!r}.",
+            f"Use one of: {', '.join(PRODUCTS)}.",
+            reason="bad-option",
+        )
     check_choice(lens, centre_sigma_px)
 
 
-def model_for_size(calibration: Calibration | None, size: ImageSize) -> tuple[CameraModel | None, str | None]:
+def model_for_size(
+    calibration: Calibration | None, size: ImageSize
+) -> tuple[CameraModel | None, str | None]:
     """Return the calibration's model and id; Conflict where it is of pictures of another size."""
     if calibration is None:
         return None, None
     wanted = calibration.image_size
     if wanted != size:
-        raise Conflict(say("rolls.other-image-size", "The rolls are from images of {size}; the calibration is for "
-                           "{wanted}.", size=size, wanted=wanted),
-                       say("rolls.calibrated-resolution", "Use rolls recorded at the resolution that was calibrated."),
-                       reason="size-mismatch")
+        raise Conflict(
+            say(
+                "rolls.other-image-size",
+                "The rolls are from images of {size}; the calibration is for {wanted}.",
+                size=size,
+                wanted=wanted,
+            ),
+            say(
+                "rolls.calibrated-resolution",
+                "Use rolls recorded at the resolution that was calibrated.",
+            ),
+            reason="size-mismatch",
+        )
     return model_of(calibration), calibration.id

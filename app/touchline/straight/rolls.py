@@ -96,22 +96,43 @@ class RollAnalysis:
 
     def to_json(self) -> JsonObject:
         """Return plain JSON; null where nothing is known."""
-        return {"border_pct": nullable(self.border_pct), "border_sigma_pct": nullable(self.border_sigma_pct),
-                "k": self.lens.terms[0], "k_sigma": nullable(self.k_sigma), "sideways_px": self.sideways_px,
-                "free": self.is_free, "lens": self.lens.to_json(), "zones": zones(self.rolls),
-                "rolls": [{"length_px": r.length_px, "bow_px": r.sag_px, "bow_pct": r.sag_pct,
-                           "sigma_pct": r.sigma_pct, "spread_pct": r.spread_pct, "rms_px": r.rms_px,
-                           "zone": list(r.zone), "used": r.used} for r in self.rolls]}
+        return {
+            "border_pct": nullable(self.border_pct),
+            "border_sigma_pct": nullable(self.border_sigma_pct),
+            "k": self.lens.terms[0],
+            "k_sigma": nullable(self.k_sigma),
+            "sideways_px": self.sideways_px,
+            "free": self.is_free,
+            "lens": self.lens.to_json(),
+            "zones": zones(self.rolls),
+            "rolls": [
+                {
+                    "length_px": r.length_px,
+                    "bow_px": r.sag_px,
+                    "bow_pct": r.sag_pct,
+                    "sigma_pct": r.sigma_pct,
+                    "spread_pct": r.spread_pct,
+                    "rms_px": r.rms_px,
+                    "zone": list(r.zone),
+                    "used": r.used,
+                }
+                for r in self.rolls
+            ],
+        }
 
 
-def analyse_rolls(points: Sequence[Points], seconds: Sequence[float], size: ImageSize) -> RollAnalysis:
+def analyse_rolls(
+    points: Sequence[Points], seconds: Sequence[float], size: ImageSize
+) -> RollAnalysis:
     """Return what rolls tell of the lens.
 
     points: of each roll (n, 2) px, in order along it, of a picture of that size, raw or corrected. seconds: each roll's
     duration. Without a roll σ is infinite. Rolls with fewer than five finite points are left out.
     """
     finite = [p[np.isfinite(p).all(axis=1)] for p, _ in zip(points, seconds, strict=True)]
-    numbers = [i for i, p in enumerate(finite) if len(p) >= MIN_POINTS and np.ptp(p, axis=0).max() > 1]
+    numbers = [
+        i for i, p in enumerate(finite) if len(p) >= MIN_POINTS and np.ptp(p, axis=0).max() > 1
+    ]
     first_sideways = SIDEWAYS * float(np.hypot(size.width, size.height))
     if not numbers:
         return RollAnalysis((), _division(0.0, size), np.inf, 0.0, np.inf, first_sideways)
@@ -125,12 +146,29 @@ def analyse_rolls(points: Sequence[Points], seconds: Sequence[float], size: Imag
     k_sigma = _k_sigma(found, left)
     tolerance = np.sqrt(spread**2 + (OTHER_LENS_SHARE * found.gain * k) ** 2 + MIN_OFF_PX**2)
     agrees = np.abs(left) <= MAX_AGREEING_SIGMAS * tolerance
-    rolls = tuple(_roll(number, finite[number], size, sag_px=float(raw.px[i]), length_px=float(raw.length_px[i]),
-                        rms_px=float(raw.rms_px[i]), sigma_px=float(sigma[i]), spread_px=float(spread[i]),
-                        used=bool(agrees[i])) for i, number in enumerate(numbers))
+    rolls = tuple(
+        _roll(
+            number,
+            finite[number],
+            size,
+            sag_px=float(raw.px[i]),
+            length_px=float(raw.length_px[i]),
+            rms_px=float(raw.rms_px[i]),
+            sigma_px=float(sigma[i]),
+            spread_px=float(spread[i]),
+            used=bool(agrees[i]),
+        )
+        for i, number in enumerate(numbers)
+    )
     border_by_k = (border_pct(k + K_STEP, size) - border_pct(k - K_STEP, size)) / (2 * K_STEP)
-    return RollAnalysis(rolls, _division(k, size), k_sigma, border_pct(k, size), abs(border_by_k) * k_sigma,
-                        found.sideways)
+    return RollAnalysis(
+        rolls,
+        _division(k, size),
+        k_sigma,
+        border_pct(k, size),
+        abs(border_by_k) * k_sigma,
+        found.sideways,
+    )
 
 
 def border_pct(k: float, size: ImageSize) -> float:
@@ -142,13 +180,18 @@ def border_pct(k: float, size: ImageSize) -> float:
 
 def zones(rolls: Sequence[Roll]) -> list[list[dict[str, float] | None]]:
     """Return Eq. (9) by the ninth of the picture in which a roll's middle lies, weighted; None where nothing rolled."""
+
     def zone(row: int, column: int) -> dict[str, float] | None:
         here = [r for r in rolls if r.zone == (column, row) and r.used]
         if not here:
             return None
         weight = np.array([1 / max(r.spread_pct, 1e-6) ** 2 for r in here])
-        return {"pct": float(np.average([r.sag_pct for r in here], weights=weight)),
-                "sigma_pct": float(1 / np.sqrt(weight.sum())), "rolls": len(here)}
+        return {
+            "pct": float(np.average([r.sag_pct for r in here], weights=weight)),
+            "sigma_pct": float(1 / np.sqrt(weight.sum())),
+            "rolls": len(here),
+        }
+
     return [[zone(row, column) for column in range(ZONES)] for row in range(ZONES)]
 
 
@@ -174,7 +217,12 @@ class _Tracks:
 
     def bows(self, points: Points) -> _Bows:
         """Fit a parabola to each of the tracks, with their points there instead, (n, 2) px."""
-        owner, starts, sums, counts = self.chains.owner, self.chains.starts, self.chains.sums, self.chains.counts
+        owner, starts, sums, counts = (
+            self.chains.owner,
+            self.chains.starts,
+            self.chains.sums,
+            self.chains.counts,
+        )
         about = points - (sums(points) / counts[:, None])[owner]
         chord = points[starts + counts - 1] - points[starts]
         direction = (chord / np.maximum(np.hypot(*chord.T), 1e-12)[:, None])[owner]
@@ -188,7 +236,9 @@ class _Tracks:
         terms = np.einsum("nij,nj->ni", inverse, sums(design * across[:, None]))
         residuals = across - np.sum(design * terms[owner], axis=1)
         rms = np.sqrt(sums(residuals**2) / np.maximum(counts - 3, 1))
-        return _Bows(-terms[:, 2], np.sqrt(np.maximum(inverse[:, 2, 2], 0.0)), rms, np.maximum(length, 2e-9))
+        return _Bows(
+            -terms[:, 2], np.sqrt(np.maximum(inverse[:, 2, 2], 0.0)), rms, np.maximum(length, 2e-9)
+        )
 
     def bows_under(self, k: float) -> Array:
         """Return their bows (n,) px once a lens of that k is undone."""
@@ -203,7 +253,10 @@ def _pooled_noise(own: Array, counts: Indices) -> Array:
     """Return each roll's noise, px, drawn towards that of all: a short roll hardly knows its own."""
     freedom = np.maximum(counts - 3.0, 1.0)
     everyone = float(np.median(own))
-    return np.sqrt((freedom * own**2 + SHARED_FREEDOM * everyone**2) / (freedom + SHARED_FREEDOM)) + 1e-3
+    return (
+        np.sqrt((freedom * own**2 + SHARED_FREEDOM * everyone**2) / (freedom + SHARED_FREEDOM))
+        + 1e-3
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,16 +313,37 @@ def _k_sigma(fit: _DivisionFit, left: Array) -> float:
     return max(by_spread, float(np.sqrt((count - 1) / count * np.sum(moves**2))))
 
 
-def _roll(number: int, points: Points, size: ImageSize, *, sag_px: float, length_px: float, rms_px: float,
-          sigma_px: float, spread_px: float, used: bool) -> Roll:
+def _roll(
+    number: int,
+    points: Points,
+    size: ImageSize,
+    *,
+    sag_px: float,
+    length_px: float,
+    rms_px: float,
+    sigma_px: float,
+    spread_px: float,
+    used: bool,
+) -> Roll:
     chord = points[-1] - points[0]
     left = np.array([chord[1], -chord[0]])  # of its way, as y points down
     inwards = 1.0 if (np.array(size.centre) - points.mean(axis=0)) @ left > 0 else -1.0
     middle = (points[0] + points[-1]) / 2
-    column, row = (int(v) for v in np.clip(middle / (size.width, size.height) * ZONES, 0, ZONES - 1))
+    column, row = (
+        int(v) for v in np.clip(middle / (size.width, size.height) * ZONES, 0, ZONES - 1)
+    )
     pct = 100 / length_px
-    return Roll(number, length_px, sag_px, pct * sag_px * inwards, pct * sigma_px, pct * spread_px, rms_px,
-                (column, row), used)
+    return Roll(
+        number,
+        length_px,
+        sag_px,
+        pct * sag_px * inwards,
+        pct * sigma_px,
+        pct * spread_px,
+        rms_px,
+        (column, row),
+        used,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,21 +364,44 @@ class RecordedRoll:
 
     def to_json(self) -> JsonObject:
         """Return plain JSON; points to a hundredth of a pixel."""
-        return {"from_s": self.from_s, "to_s": self.to_s, "points": self.points.round(2).tolist(),
-                "rms_px": self.rms_px, "straight_px": self.straight_px}
+        return {
+            "from_s": self.from_s,
+            "to_s": self.to_s,
+            "points": self.points.round(2).tolist(),
+            "rms_px": self.rms_px,
+            "straight_px": self.straight_px,
+        }
 
 
-def roll_report(rolls: Sequence[RecordedRoll], size: ImageSize, model: CameraModel | None = None,
-                name: str | None = None) -> JsonObject:
+def roll_report(
+    rolls: Sequence[RecordedRoll],
+    size: ImageSize,
+    model: CameraModel | None = None,
+    name: str | None = None,
+) -> JsonObject:
     """Report on rolls as plain JSON; `corrected` where a model was given, called by that name."""
     seconds = [roll.seconds for roll in rolls]
     raw = _view_json(analyse_rolls([roll.points for roll in rolls], seconds, size), RAW)
     corrected = None
     if model is not None:
-        corrected = _view_json(analyse_rolls([model.corrected_from_raw(roll.points) for roll in rolls], seconds,
-                                             model.corrected_size), CORRECTED)
-    return stated({"image_size": [size.width, size.height], "rolls": len(rolls), "raw": raw, "corrected": corrected,
-                   "model": name, "sentence": (corrected or raw)["sentence"]})
+        corrected = _view_json(
+            analyse_rolls(
+                [model.corrected_from_raw(roll.points) for roll in rolls],
+                seconds,
+                model.corrected_size,
+            ),
+            CORRECTED,
+        )
+    return stated(
+        {
+            "image_size": [size.width, size.height],
+            "rolls": len(rolls),
+            "raw": raw,
+            "corrected": corrected,
+            "model": name,
+            "sentence": (corrected or raw)["sentence"],
+        }
+    )
 
 
 def _view_json(analysis: RollAnalysis, where: Sentence) -> JsonObject:
@@ -319,42 +416,83 @@ def _view_json(analysis: RollAnalysis, where: Sentence) -> JsonObject:
 def _conclusion(analysis: RollAnalysis, where: Sentence) -> Sentence:
     """Describe in a sentence what all rolls together show."""
     if not analysis.rolls:
-        return say("rolls.none", "No straight roll was long enough. Roll a ball quickly across the field, preferably "
-                                 "near its borders.")
-    count = (say("rolls.one", "One roll") if len(analysis.rolls) == 1
-             else say("rolls.several", "{n} rolls", n=len(analysis.rolls)))
+        return say(
+            "rolls.none",
+            "No straight roll was long enough. Roll a ball quickly across the field, preferably "
+            "near its borders.",
+        )
+    count = (
+        say("rolls.one", "One roll")
+        if len(analysis.rolls) == 1
+        else say("rolls.several", "{n} rolls", n=len(analysis.rolls))
+    )
     pct = f"{analysis.border_pct:+.2f} ± {analysis.border_sigma_pct:.2f} %".replace("-", "−")
     if not analysis.is_free:
-        return say("rolls.not-free", "{rolls} in {image} followed irregular curves: the object was driven or pushed. "
-                   "Roll a single ball freely, with no other movement on the field.", rolls=count, image=where)
+        return say(
+            "rolls.not-free",
+            "{rolls} in {image} followed irregular curves: the object was driven or pushed. "
+            "Roll a single ball freely, with no other movement on the field.",
+            rolls=count,
+            image=where,
+        )
     if analysis.border_sigma_pct > STANDARD_LENS_PCT:
-        return say("rolls.inconclusive", "{rolls} in {image}: {pct}. This is inconclusive. Roll more balls, quickly "
-                   "and near the borders.", rolls=count, image=where, pct=pct)
+        return say(
+            "rolls.inconclusive",
+            "{rolls} in {image}: {pct}. This is inconclusive. Roll more balls, quickly "
+            "and near the borders.",
+            rolls=count,
+            image=where,
+            pct=pct,
+        )
     if abs(analysis.border_pct) <= MIN_SEEN_SIGMAS * analysis.border_sigma_pct:
-        return say("rolls.straight", "{rolls} in {image}: no significant distortion, {pct} along the edge.",
-                   rolls=count, image=where, pct=pct)
-    values = {"rolls": count, "image": where, "kind": _kind(analysis.border_pct), "pct": pct,
-              "typical_pct": STANDARD_LENS_PCT}
+        return say(
+            "rolls.straight",
+            "{rolls} in {image}: no significant distortion, {pct} along the edge.",
+            rolls=count,
+            image=where,
+            pct=pct,
+        )
+    values = {
+        "rolls": count,
+        "image": where,
+        "kind": _kind(analysis.border_pct),
+        "pct": pct,
+        "typical_pct": STANDARD_LENS_PCT,
+    }
     if abs(analysis.border_pct) <= STANDARD_LENS_PCT:
-        return say("rolls.within", "{rolls} in {image}: {kind} of {pct} along the edge, within the ±{typical_pct:g} % "
-                   "of a typical lens.", **values)
-    return say("rolls.above", "{rolls} in {image}: {kind} of {pct} along the edge, above the ±{typical_pct:g} % of a "
-               "typical lens.", **values)
+        return say(
+            "rolls.within",
+            "{rolls} in {image}: {kind} of {pct} along the edge, within the ±{typical_pct:g} % "
+            "of a typical lens.",
+            **values,
+        )
+    return say(
+        "rolls.above",
+        "{rolls} in {image}: {kind} of {pct} along the edge, above the ±{typical_pct:g} % of a "
+        "typical lens.",
+        **values,
+    )
 
 
 def _roll_verdict(roll: Roll) -> tuple[str, Sentence]:
     """Judge one roll by itself: good, fair or poor (of the picture, not of the roll), and why, in words."""
     if not roll.used:
-        return "left-out", say("roll.left-out", "Excluded: it does not agree with the other rolls (pushed, spinning or "
-                                                "not free).")
+        return "left-out", say(
+            "roll.left-out",
+            "Excluded: it does not agree with the other rolls (pushed, spinning or not free).",
+        )
     if roll.spread_pct > STANDARD_LENS_PCT:
         return "unknown", say("roll.inconclusive", "Too short or too slow to be conclusive.")
     if abs(roll.sag_pct) <= MIN_SEEN_SIGMAS * roll.spread_pct:
         return "good", say("roll.straight", "Straight within the uncertainty.")
     values = {"kind": _kind(roll.sag_pct), "typical_pct": STANDARD_LENS_PCT}
     if abs(roll.sag_pct) <= STANDARD_LENS_PCT:
-        return "fair", say("roll.within", "A {kind}, within the ±{typical_pct:g} % of a typical lens.", **values)
-    return "poor", say("roll.above", "A {kind}, above the ±{typical_pct:g} % of a typical lens.", **values)
+        return "fair", say(
+            "roll.within", "A {kind}, within the ±{typical_pct:g} % of a typical lens.", **values
+        )
+    return "poor", say(
+        "roll.above", "A {kind}, above the ±{typical_pct:g} % of a typical lens.", **values
+    )
 
 
 def _kind(pct: float) -> Sentence:

@@ -16,7 +16,13 @@ from touchline.api.dependencies import CallerDep, IfMatch, ServicesDep, in_threa
 from touchline.api.requests import AsJob, Format, Id, WidthPx
 from touchline.api.responses import Json, accepted, finished_or_queued, picture
 from touchline.api.schemas import PICTURE, response
-from touchline.api.sockets import SessionLimit, run_until_first, send_json, until_disconnect, websocket_session
+from touchline.api.sockets import (
+    SessionLimit,
+    run_until_first,
+    send_json,
+    until_disconnect,
+    websocket_session,
+)
 from touchline.core.geometry import MAX_COORDINATE
 from touchline.core.json_values import JsonObject
 from touchline.core.statements import sentence_in, stated
@@ -32,29 +38,50 @@ from touchline.straight.straightness import StraightLinesRequest, run_straightne
 router = APIRouter(prefix="/straightness", tags=["lenses"])
 rolls = APIRouter(tags=["rolls"])
 
-Straightness = response("Straightness", says=True, lens=JsonObject, sigma=dict[str, float],
-    straightness_px=dict[str, float], bow=JsonObject, distortion=Literal["significant", "none", "unknown"],
-    sentence=str, lines=list[JsonObject], lines_used=int, objects=int, pictures=list[str], cannot_see=str)
+Straightness = response(
+    "Straightness",
+    says=True,
+    lens=JsonObject,
+    sigma=dict[str, float],
+    straightness_px=dict[str, float],
+    bow=JsonObject,
+    distortion=Literal["significant", "none", "unknown"],
+    sentence=str,
+    lines=list[JsonObject],
+    lines_used=int,
+    objects=int,
+    pictures=list[str],
+    cannot_see=str,
+)
 Rolls = response("Rolls", items=list[JsonObject], report=JsonObject | None, etag=str)
 
 MAX_ROLLS = 1000  # of one request
 MIN_INTERVAL_S = 0.1  # between two messages: ten a second at most
 REQUEST_S = 10.0
-SESSIONS = SessionLimit(4, "Another user is recording rolls with this camera.",
-                        "Wait until the recording ends, or read GET /api/v1/cameras/{id}/rolls.", "rolls-watched")
+SESSIONS = SessionLimit(
+    4,
+    "Another user is recording rolls with this camera.",
+    "Wait until the recording ends, or read GET /api/v1/cameras/{id}/rolls.",
+    "rolls-watched",
+)
 
 
 class StraightnessRequest(Strict):
     """Images of one camera, lines marked in the first of them (or in none), or both."""
 
     snapshots: Annotated[list[Name], Field(max_length=50)] = Field([])
-    lines: Annotated[list[Annotated[list[Pair], Field(max_length=20_000)]], Field(max_length=2000)] = Field(
-        [], description="[[x, y], …] px along one straight edge each")
-    image_size: Size | None = Field(None, description="of the image, required if there are only lines")
+    lines: Annotated[
+        list[Annotated[list[Pair], Field(max_length=20_000)]], Field(max_length=2000)
+    ] = Field([], description="[[x, y], …] px along one straight edge each")
+    image_size: Size | None = Field(
+        None, description="of the image, required if there are only lines"
+    )
     lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
     centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
-        None, description="uncertainty of the lens centre around the image centre, px; 0: fixed; by default 1 % of "
-                          "the diagonal")
+        None,
+        description="uncertainty of the lens centre around the image centre, px; 0: fixed; by default 1 % of "
+        "the diagonal",
+    )
 
 
 class PlumbLensForm(Strict):
@@ -76,8 +103,9 @@ class StraightenedRequest(Strict):
 
 
 @router.post("", response_model=Straightness, responses=schemas.ACCEPTED)
-async def measure_straightness(request: Request, services: ServicesDep, body: StraightnessRequest,
-                               job: AsJob = False) -> Response:
+async def measure_straightness(
+    request: Request, services: ServicesDep, body: StraightnessRequest, job: AsJob = False
+) -> Response:
     """Measure edges of images, or lines marked in one: how far the lens bends them, and what correction leaves.
 
     Needs no field and no board, and gives no focal length. With ?job=true a job, whose result is the same.
@@ -91,14 +119,17 @@ def _straightness_spec(services: Services, body: StraightnessRequest) -> JsonObj
     size = image_size(body.image_size)
     task = StraightLinesRequest(body.lens, body.centre_sigma_px, tuple(body.lines), size)
     task.check_given(len(body.snapshots))
-    pictures = pictures_of_one_size(services, body.snapshots, size, "Use images of one camera at one resolution.")
+    pictures = pictures_of_one_size(
+        services, body.snapshots, size, "Use images of one camera at one resolution."
+    )
     return {"task": task.to_json(), "pictures": pictures}
 
 
 @router.post("/picture.{format}", response_class=Response, responses=PICTURE)
 @in_thread
-def straighten_image(services: ServicesDep, format: Format, body: StraightenedRequest,
-                     width: WidthPx = None) -> Response:
+def straighten_image(
+    services: ServicesDep, format: Format, body: StraightenedRequest, width: WidthPx = None
+) -> Response:
     """Return a snapshot without distortion, by the `lens` of a response; `straight` of its lines is in its px."""
     lens = Distortion.from_json(body.lens.model_dump())
     return picture(undistort(services.frame(body.snapshot).pixels, lens, width), format)
@@ -120,7 +151,9 @@ def list_rolls(services: ServicesDep, id: Id) -> Json:
 
 
 @rolls.patch("/cameras/{id}/rolls/{roll}", response_model=Rolls)
-def update_roll(services: ServicesDep, id: Id, roll: Id, body: RollChange, if_match: IfMatch = None) -> Json:
+def update_roll(
+    services: ServicesDep, id: Id, roll: Id, body: RollChange, if_match: IfMatch = None
+) -> Json:
     """Leave one out, or take it in again; return the list. With If-Match, its `etag`, only if it is unchanged."""
     service.saved_rolls(services).leave_out(id, roll, body.left_out, if_match)
     return Json(service.rolls_json(services, id))
@@ -140,8 +173,9 @@ def delete_rolls(services: ServicesDep, id: Id, if_match: IfMatch = None) -> Non
 
 
 @rolls.websocket("/cameras/{id}/rolls/stream")
-async def watch_rolls(socket: WebSocket, services: ServicesDep, id: str,
-                      keep: Annotated[bool, Query()] = True) -> None:
+async def watch_rolls(
+    socket: WebSocket, services: ServicesDep, id: str, keep: Annotated[bool, Query()] = True
+) -> None:
     """Send JSON texts, up to ten a second: `tracks` of what moves, ids of `new` rolls, and `told` whenever it changes.
 
     told is what GET /cameras/{id}/rolls returns. Rolls are followed only while somebody watches; with keep=false
@@ -150,10 +184,14 @@ async def watch_rolls(socket: WebSocket, services: ServicesDep, id: str,
     async with websocket_session(socket):
         with SESSIONS.session(id):
             camera = services.live.get(id)
-            await run_until_first(until_disconnect(socket), _send_rolls(socket, services, camera, keep))
+            await run_until_first(
+                until_disconnect(socket), _send_rolls(socket, services, camera, keep)
+            )
 
 
-async def _send_rolls(socket: WebSocket, services: Services, camera: LiveCamera, keep: bool) -> None:
+async def _send_rolls(
+    socket: WebSocket, services: Services, camera: LiveCamera, keep: bool
+) -> None:
     loop, saved = asyncio.get_running_loop(), service.saved_rolls(services)
     watch, after, seq, sent_state = "", 0, 0, None
 
@@ -168,23 +206,36 @@ async def _send_rolls(socket: WebSocket, services: Services, camera: LiveCamera,
             watch, after = result["watch"], 0
         after, seq = max([after, *(roll["number"] for roll in new)]), result["seq"]
         if keep and new:
-            await services.run_in_thread(service.save_rolls, services, camera.id, new,
-                                         [result["width"], result["height"]])
+            await services.run_in_thread(
+                service.save_rolls, services, camera.id, new, [result["width"], result["height"]]
+            )
         state = (saved.revision, camera.calibration.id if camera.calibration else None)
         summary = None
         if state != sent_state:
-            summary, sent_state = await services.run_in_thread(service.rolls_json, services, camera.id), state
-        await send_json(socket, stated({
-            **{name: result[name] for name in ("seq", "time", "width", "height", "tracks")},
-            "hint": sentence_in(result, "hint"),
-            "new": [roll["id"] for roll in new] if keep else new, "told": summary}))
+            summary, sent_state = (
+                await services.run_in_thread(service.rolls_json, services, camera.id),
+                state,
+            )
+        await send_json(
+            socket,
+            stated(
+                {
+                    **{name: result[name] for name in ("seq", "time", "width", "height", "tracks")},
+                    "hint": sentence_in(result, "hint"),
+                    "new": [roll["id"] for roll in new] if keep else new,
+                    "told": summary,
+                }
+            ),
+        )
         await asyncio.sleep(max(MIN_INTERVAL_S - (loop.time() - start_s), 0.0))
 
 
 class RollForm(Strict):
     """Where something rolled straight, in order, and for how long."""
 
-    points: Annotated[list[Pair], Field(min_length=5, max_length=2000)] = Field(description="[x, y] px, raw")
+    points: Annotated[list[Pair], Field(min_length=5, max_length=2000)] = Field(
+        description="[x, y] px, raw"
+    )
     seconds: Annotated[Number, Field(gt=0, le=3600)]
 
 
@@ -193,14 +244,19 @@ class MotionRequest(Strict):
 
     camera: Name | None = Field(None, description="its saved rolls, without excluded rolls")
     film: Annotated[str, Field(min_length=1, max_length=300)] | None = Field(
-        None, description="of a fixed camera, by its name in the pictures folder, as for a video source")
+        None,
+        description="of a fixed camera, by its name in the pictures folder, as for a video source",
+    )
     rolls: Annotated[list[RollForm], Field(min_length=1, max_length=MAX_ROLLS)] | None = None
     image_size: Size | None = Field(None, description="of the images, with rolls")
-    calibration: Name | None = Field(None, description="to judge or to refine; with camera its active one")
+    calibration: Name | None = Field(
+        None, description="to judge or to refine; with camera its active one"
+    )
     make: Literal["report", "lens", "refined"] = "report"
     lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
     centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
-        0.0, description="uncertainty of the lens centre around the image centre, px; 0: fixed")
+        0.0, description="uncertainty of the lens centre around the image centre, px; 0: fixed"
+    )
     note: Note = ""
 
 
@@ -213,4 +269,8 @@ def evaluate_rolls(services: ServicesDep, caller: CallerDep, body: MotionRequest
     to its own clicks and these rolls, a new version.
     """
     spec = service.motion_spec(services, **body.model_dump())
-    return accepted(services.jobs.start("motion", run_motion, spec, "motion", {"by": caller.name}, caller=caller))
+    return accepted(
+        services.jobs.start(
+            "motion", run_motion, spec, "motion", {"by": caller.name}, caller=caller
+        )
+    )

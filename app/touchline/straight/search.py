@@ -59,7 +59,12 @@ class Chains:
     def of(cls, chains: Sequence[Points], unit_px: float = 1.0, noise_px: float = 1.0) -> Self:
         """Join chains, (n, 2) px each."""
         lengths = np.array([len(chain) for chain in chains])
-        return cls(np.concatenate(chains), np.concatenate([[0], np.cumsum(lengths)[:-1]]), unit_px, noise_px)
+        return cls(
+            np.concatenate(chains),
+            np.concatenate([[0], np.cumsum(lengths)[:-1]]),
+            unit_px,
+            noise_px,
+        )
 
     @property
     def counts(self) -> Indices:
@@ -73,8 +78,11 @@ class Chains:
 
     def only(self, which: Mask) -> Self:
         """Return some of the chains; which (c,)."""
-        return replace(self, pixels=self.pixels[which[self.owner]],
-                       starts=np.concatenate([[0], np.cumsum(self.counts[which])[:-1]]).astype(int))
+        return replace(
+            self,
+            pixels=self.pixels[which[self.owner]],
+            starts=np.concatenate([[0], np.cumsum(self.counts[which])[:-1]]).astype(int),
+        )
 
     def sums(self, values: Array) -> Array:
         """Sum over each chain, (n, …) to (c, …)."""
@@ -133,8 +141,10 @@ def fit_lines(state: LineFit, chains: Chains) -> LineFit:
         feet = state.feet + foot_step
         state = replace(state, angle=state.angle + turn, offset=state.offset + shift, feet=feet)
         line_step = np.abs(turn).max() * np.abs(feet).max() + np.abs(shift).max()
-        if (line_step * chains.unit_px < LINE_TOLERANCE_PX
-                and np.abs(foot_step).max() * chains.unit_px < FOOT_TOLERANCE_PX):
+        if (
+            line_step * chains.unit_px < LINE_TOLERANCE_PX
+            and np.abs(foot_step).max() * chains.unit_px < FOOT_TOLERANCE_PX
+        ):
             break
     return state
 
@@ -148,9 +158,16 @@ def project_out_lines(linearisation: Linearisation, chains: Chains) -> Array:
     """Return by_lens (n, k + 2) with each chain's line eliminated."""
     weight = robust_weight(linearisation.residuals, chains.noise_px)
     # How each chain's line follows when one column of the lens moves its points.
-    steps = np.stack([_line_steps(linearisation.by_line, column, weight, chains)
-                      for column in linearisation.by_lens.T], axis=-1)
-    return linearisation.by_lens + np.einsum("nl,nlk->nk", linearisation.by_line, steps[chains.owner])
+    steps = np.stack(
+        [
+            _line_steps(linearisation.by_line, column, weight, chains)
+            for column in linearisation.by_lens.T
+        ],
+        axis=-1,
+    )
+    return linearisation.by_lens + np.einsum(
+        "nl,nlk->nk", linearisation.by_line, steps[chains.owner]
+    )
 
 
 def lines_through(plane: Array, chains: Chains) -> tuple[Array, Array, Array]:
@@ -158,12 +175,18 @@ def lines_through(plane: Array, chains: Chains) -> tuple[Array, Array, Array]:
     count = chains.counts
     middle = np.add.reduceat(plane, chains.starts, axis=-2) / count[:, None]
     about = plane - np.repeat(middle, count, axis=-2)
-    xx, yy, xy = (np.add.reduceat(product, chains.starts, axis=-1) for product in
-                  (about[..., 0] ** 2, about[..., 1] ** 2, about[..., 0] * about[..., 1]))
+    xx, yy, xy = (
+        np.add.reduceat(product, chains.starts, axis=-1)
+        for product in (about[..., 0] ** 2, about[..., 1] ** 2, about[..., 0] * about[..., 1])
+    )
     angle = 0.5 * np.arctan2(2 * xy, xx - yy) + np.pi / 2  # across the direction of greatest spread
     normal = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     n = np.repeat(normal, count, axis=-2)
-    return angle, np.sum(normal * middle, axis=-1), plane[..., 1] * n[..., 0] - plane[..., 0] * n[..., 1]
+    return (
+        angle,
+        np.sum(normal * middle, axis=-1),
+        plane[..., 1] * n[..., 0] - plane[..., 0] * n[..., 1],
+    )
 
 
 def _linearise(state: LineFit, chains: Chains) -> tuple[Linearisation, Array]:
@@ -186,14 +209,17 @@ def _linearise(state: LineFit, chains: Chains) -> tuple[Linearisation, Array]:
     residuals = np.sum(curve_normal * off_curve, axis=1) * chains.unit_px
     by_terms = -np.einsum("ni,nik->nk", curve_normal, by_terms) * chains.unit_px
     by_line = np.stack([state.feet * q, -q], axis=-1) * chains.unit_px
-    return Linearisation(residuals, np.concatenate([by_terms, -curve_normal], axis=1), by_line), foot_step
+    return Linearisation(
+        residuals, np.concatenate([by_terms, -curve_normal], axis=1), by_line
+    ), foot_step
 
 
 def _line_steps(by_line: Array, values: Array, weight: Array, chains: Chains) -> Array:
     """Return for each chain the turn and shift (c, 2) that best undo values (n,): weighted normal equations, 2 × 2."""
     a, b = by_line[:, 0], by_line[:, 1]
-    aa, ab, bb, av, bv = chains.sums(np.stack([a * a, a * b, b * b, a * values, b * values], axis=1)
-                                     * weight[:, None]).T
+    aa, ab, bb, av, bv = chains.sums(
+        np.stack([a * a, a * b, b * b, a * values, b * values], axis=1) * weight[:, None]
+    ).T
     det = aa * bb - ab * ab
     det = det + REGULARISATION * aa * bb + np.finfo(float).tiny
     return -np.stack([bb * av - ab * bv, aa * bv - ab * av], axis=-1) / det[:, None]
@@ -209,22 +235,39 @@ class PlumbLineProblem:
     size: ImageSize
 
     @classmethod
-    def of(cls, lens: str, terms: tuple[str, ...] | None, centre_sigma_px: float | None, size: ImageSize) -> Self:
+    def of(
+        cls,
+        lens: str,
+        terms: tuple[str, ...] | None,
+        centre_sigma_px: float | None,
+        size: ImageSize,
+    ) -> Self:
         """Read the choices; two terms, and 1 % of the diagonal for the centre, where none are given."""
         if lens not in LINE_LENSES:
-            raise BadInput(f"The lens {lens!r} is not available for straight lines.",
-                           f"Use one of: {', '.join(LINE_LENSES)}.",
-                           reason="unknown-lens")
+            raise BadInput(
+                f"The lens {lens!r} is not available for straight lines.",
+                f"Use one of: {', '.join(LINE_LENSES)}.",
+                reason="unknown-lens",
+            )
         known = LINE_LENSES[lens][1]
         names = known[:2] if terms is None else tuple(t for t in known if t in terms)
-        if not names or names != known[:len(names)]:
-            raise BadInput("The terms of a lens must be freed in order.",
-                           f"Free the first term or more of {', '.join(known)}.",
-                           reason="bad-option")
+        if not names or names != known[: len(names)]:
+            raise BadInput(
+                "The terms of a lens must be freed in order.",
+                f"Free the first term or more of {', '.join(known)}.",
+                reason="bad-option",
+            )
         if centre_sigma_px is not None and not 0 <= centre_sigma_px < np.inf:
-            raise BadInput("The σ of the centre is not a length.",
-                           "Give it in px; 0 fixes the centre.", reason="bad-option")
-        sigma = CENTRE_SIGMA * 2 * half_diagonal_px(size) if centre_sigma_px is None else float(centre_sigma_px)
+            raise BadInput(
+                "The σ of the centre is not a length.",
+                "Give it in px; 0 fixes the centre.",
+                reason="bad-option",
+            )
+        sigma = (
+            CENTRE_SIGMA * 2 * half_diagonal_px(size)
+            if centre_sigma_px is None
+            else float(centre_sigma_px)
+        )
         return cls(lens, names, sigma, size)
 
     @property
@@ -243,7 +286,11 @@ class PlumbLineProblem:
         if self.lens == "division":
             return replace(self, lens="division-even", names=("k1", "k2"))
         terms = LINE_LENSES[self.lens][1]
-        return replace(self, names=terms[:len(self.names) + 1]) if len(self.names) < len(terms) else None
+        return (
+            replace(self, names=terms[: len(self.names) + 1])
+            if len(self.names) < len(terms)
+            else None
+        )
 
 
 def initial_bend(chains: Chains, centre: Array) -> float:
@@ -256,7 +303,9 @@ def initial_bend(chains: Chains, centre: Array) -> float:
         mean_squares = [np.square(division_rms(plane, chains, k)) for k in bends]
         best = int(np.argmin([np.sum(chains.counts * s / (s + tau2)) for s in mean_squares]))
         answer = bends[best]
-        bends = np.linspace(bends[max(best - 1, 0)], bends[min(best + 1, len(bends) - 1)], REFINED_STEPS)
+        bends = np.linspace(
+            bends[max(best - 1, 0)], bends[min(best + 1, len(bends) - 1)], REFINED_STEPS
+        )
     return float(answer)
 
 
@@ -271,9 +320,13 @@ def division_rms(plane: Array, chains: Chains, k: float) -> Array:
     angle, offset, _ = lines_through(undistorted, chains)
     normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)[chains.owner]
     distance = np.sum(normal * undistorted, axis=1) - offset[chains.owner]
-    gradient = gain[:, None] * normal - 2 * k * (gain**2 * np.sum(plane * normal, axis=1))[:, None] * plane
-    return (np.sqrt(chains.sums((distance / np.linalg.norm(gradient, axis=1)) ** 2) / chains.counts)
-            * chains.unit_px)
+    gradient = (
+        gain[:, None] * normal - 2 * k * (gain**2 * np.sum(plane * normal, axis=1))[:, None] * plane
+    )
+    return (
+        np.sqrt(chains.sums((distance / np.linalg.norm(gradient, axis=1)) ** 2) / chains.counts)
+        * chains.unit_px
+    )
 
 
 def initial_fit(chains: Chains, problem: PlumbLineProblem, bend: float) -> LineFit:
@@ -301,10 +354,14 @@ def solve(chains: Chains, start: LineFit, problem: PlumbLineProblem) -> Minimum[
 
     def evaluate(state: LineFit) -> tuple[Array, Array]:
         linearisation = state.linearise(chains)
-        rows = project_out_lines(replace(linearisation, by_lens=linearisation.by_lens[:, columns]), chains)
+        rows = project_out_lines(
+            replace(linearisation, by_lens=linearisation.by_lens[:, columns]), chains
+        )
         off_centre = (state.centre - problem.size.centre)[:extra] / (problem.centre_sigma or 1.0)
-        return (np.concatenate([linearisation.residuals / chains.noise_px, off_centre]),
-                np.concatenate([rows / chains.noise_px, prior]))
+        return (
+            np.concatenate([linearisation.residuals / chains.noise_px, off_centre]),
+            np.concatenate([rows / chains.noise_px, prior]),
+        )
 
     def move(state: LineFit, delta: Array) -> LineFit:
         terms = state.terms.copy()
@@ -312,7 +369,9 @@ def solve(chains: Chains, start: LineFit, problem: PlumbLineProblem) -> Minimum[
         centre = state.centre + delta[count:] if extra else state.centre
         return fit_lines(replace(state, terms=terms, centre=centre), chains)
 
-    return minimise(_within_reach(start, chains), evaluate, move, robust_rows=len(chains.pixels), tolerance=1e-6)
+    return minimise(
+        _within_reach(start, chains), evaluate, move, robust_rows=len(chains.pixels), tolerance=1e-6
+    )
 
 
 def _within_reach(start: LineFit, chains: Chains) -> LineFit:
@@ -324,7 +383,9 @@ def _within_reach(start: LineFit, chains: Chains) -> LineFit:
         eased = with_best_lines(replace(start, terms=start.terms * share), chains)
         if np.isfinite(eased.feet).all():
             return eased
-    raise FitFailed("The lines are outside the range of this lens type.", "Try another lens.", reason="no-lens")
+    raise FitFailed(
+        "The lines are outside the range of this lens type.", "Try another lens.", reason="no-lens"
+    )
 
 
 def with_best_lines(state: LineFit, chains: Chains) -> LineFit:
@@ -341,5 +402,5 @@ def chain_rms(state: LineFit, chains: Chains) -> Array:
     rms = np.full(len(reached), np.inf)
     if reached.any():
         residuals = with_best_lines(state, part).linearise(part).residuals
-        rms[reached] = np.sqrt(part.sums(residuals ** 2) / part.counts)
+        rms[reached] = np.sqrt(part.sums(residuals**2) / part.counts)
     return np.where(np.isfinite(rms), rms, np.inf)

@@ -48,7 +48,13 @@ class RollRepository(Repository):
 
     def add(self, camera: str, id: str, roll: Mapping[str, Any]) -> bool:
         """Save one, plain JSON, under an id that its finder gave it; False where two have seen the same one."""
-        saved = {**roll, "id": id, "camera": camera, "kept_at": timestamp(self._clock), "left_out": False}
+        saved = {
+            **roll,
+            "id": id,
+            "camera": camera,
+            "kept_at": timestamp(self._clock),
+            "left_out": False,
+        }
         with self._database.writing("The roll") as rows:
             if rows.scalar(select(RollRow.id).where(RollRow.id == id)) is not None:
                 return False
@@ -63,10 +69,16 @@ class RollRepository(Repository):
 
     def of(self, camera: str) -> tuple[JsonObject, ...]:
         """Return a camera's, oldest first, without damaged ones."""
-        query = select(RollRow).where(RollRow.camera == camera, RollRow.damaged.is_(None)).order_by(RollRow.sequence)
+        query = (
+            select(RollRow)
+            .where(RollRow.camera == camera, RollRow.damaged.is_(None))
+            .order_by(RollRow.sequence)
+        )
         return self._intact(self._find(query), lambda row: content(self._checked(row)))
 
-    def leave_out(self, camera: str, id: str, left_out: bool, etag: str | None = None) -> JsonObject:
+    def leave_out(
+        self, camera: str, id: str, left_out: bool, etag: str | None = None
+    ) -> JsonObject:
         """Save whether an operator wants the one with that ETag (None: whichever) left out; NotFound, or Stale."""
         with self._changing("The roll", id, RollRow.camera == camera) as (_, row):
             _check([content(row)], etag)
@@ -111,32 +123,50 @@ def saved_rolls(services: Services) -> RollRepository:
     return services.store.repository(RollRepository)
 
 
-def save_rolls(services: Services, camera: str, new: Iterable[Mapping[str, Any]], image_size: list[int]) -> None:
+def save_rolls(
+    services: Services, camera: str, new: Iterable[Mapping[str, Any]], image_size: list[int]
+) -> None:
     """Save rolls as the camera's process found them; the same one only once."""
     for roll in new:
-        saved_rolls(services).add(camera, roll["id"], {**{name: roll[name] for name in SAVED},
-                                                       "image_size": image_size})
+        saved_rolls(services).add(
+            camera, roll["id"], {**{name: roll[name] for name in SAVED}, "image_size": image_size}
+        )
 
 
 def rolls_json(services: Services, camera: str) -> JsonObject:
     """Return a camera's saved rolls with their figures and ETags, as the API shows them."""
     saved = saved_rolls(services).of(camera)
     shown = stored_rolls_json(saved, services.store.calibrations.active(camera))
-    items = [{**item, "etag": _etag([roll])} for item, roll in zip(shown["items"], saved, strict=True)]
+    items = [
+        {**item, "etag": _etag([roll])} for item, roll in zip(shown["items"], saved, strict=True)
+    ]
     return {**shown, "items": items, "etag": _etag(saved)}
 
 
-def motion_spec(services: Services, *, camera: str | None, film: str | None, rolls: list[JsonObject] | None,
-                image_size: list[int] | None, calibration: str | None, make: str, lens: str,
-                centre_sigma_px: float | None, note: str) -> JsonObject:
+def motion_spec(
+    services: Services,
+    *,
+    camera: str | None,
+    film: str | None,
+    rolls: list[JsonObject] | None,
+    image_size: list[int] | None,
+    calibration: str | None,
+    make: str,
+    lens: str,
+    centre_sigma_px: float | None,
+    note: str,
+) -> JsonObject:
     """Return what rolling.run_motion takes; refuse at once what can be.
 
     One of camera (its saved rolls), film (its name in the pictures folder) and rolls, which need image_size.
     calibration: by default the camera's active one.
     """
     if sum(given is not None for given in (camera, film, rolls)) != 1:
-        raise BadInput("The request has no source for the rolls.", "Send one of camera, film and rolls.",
-                       reason="bad-request")
+        raise BadInput(
+            "The request has no source for the rolls.",
+            "Send one of camera, film and rolls.",
+            reason="bad-request",
+        )
     check_product(make, lens, centre_sigma_px)
     if camera is not None:
         services.cameras.get(camera)
@@ -144,14 +174,27 @@ def motion_spec(services: Services, *, camera: str | None, film: str | None, rol
     elif film is not None:
         film = str(file_within(services.settings.shown_pictures, film, "video"))
     elif image_size is None:
-        raise BadInput("The request has no image size.", 'Send "image_size": [width, height].',
-                       reason="no-image-size")
-    judged = _calibration_for(services, camera, calibration, image_size, is_needed=make == "refined")
+        raise BadInput(
+            "The request has no image size.",
+            'Send "image_size": [width, height].',
+            reason="no-image-size",
+        )
+    judged = _calibration_for(
+        services, camera, calibration, image_size, is_needed=make == "refined"
+    )
     if make == "refined":
         check_refinable(judged)
-    return {"film": film, "rolls": rolls or [], "image_size": image_size, "make": make, "lens": lens,
-            "calibration": None if judged is None else judged.to_json(), "note": note,
-            "centre_sigma_px": centre_sigma_px, "camera": camera}
+    return {
+        "film": film,
+        "rolls": rolls or [],
+        "image_size": image_size,
+        "make": make,
+        "lens": lens,
+        "calibration": None if judged is None else judged.to_json(),
+        "note": note,
+        "centre_sigma_px": centre_sigma_px,
+        "camera": camera,
+    }
 
 
 def _counting_rolls(services: Services, camera: str) -> tuple[list[JsonObject], list[int]]:
@@ -160,14 +203,22 @@ def _counting_rolls(services: Services, camera: str) -> tuple[list[JsonObject], 
     size = saved[-1]["image_size"] if saved else None
     rolls = [roll for roll in saved if roll["image_size"] == size and not roll["left_out"]]
     if not rolls:
-        raise Conflict(say("rolls.none-saved", "This camera has no saved rolls."),
-                       say("rolls.start-recording", "Start the recording, then roll a ball across the field."),
-                       reason="no-rolls")
+        raise Conflict(
+            say("rolls.none-saved", "This camera has no saved rolls."),
+            say("rolls.start-recording", "Start the recording, then roll a ball across the field."),
+            reason="no-rolls",
+        )
     return rolls, saved[-1]["image_size"]
 
 
-def _calibration_for(services: Services, camera: str | None, id: str | None, size: list[int] | None, *,
-                     is_needed: bool) -> Calibration | None:
+def _calibration_for(
+    services: Services,
+    camera: str | None,
+    id: str | None,
+    size: list[int] | None,
+    *,
+    is_needed: bool,
+) -> Calibration | None:
     """Return the calibration with that id, else the camera's active one.
 
     Of images of another size than the rolls': Conflict where it was asked for, else None.
@@ -180,10 +231,15 @@ def _calibration_for(services: Services, camera: str | None, id: str | None, siz
     if found is None or size is None or [*found.image_size] == size:
         return found
     if id is not None or is_needed:
-        raise Conflict(say("rolls.not-of-calibration", "The rolls do not have the image size of the calibration, "
-                           "{size}.", size=found.image_size),
-                       say("rolls.same-camera", "Use rolls of the calibrated camera at the same resolution."),
-                       reason="size-mismatch")
+        raise Conflict(
+            say(
+                "rolls.not-of-calibration",
+                "The rolls do not have the image size of the calibration, {size}.",
+                size=found.image_size,
+            ),
+            say("rolls.same-camera", "Use rolls of the calibrated camera at the same resolution."),
+            reason="size-mismatch",
+        )
     return None
 
 
@@ -191,7 +247,9 @@ def save_motion(services: Services, result: JsonObject, about: JsonObject) -> Js
     """Save the version or the lens that rolls have given, if they have given one."""
     lens, version = result["lens"], None
     if result["calibration"] is not None:  # the version has its lens
-        version = save_new_version(services.store, Calibration.from_json(result["calibration"]), about["by"]).id
+        version = save_new_version(
+            services.store, Calibration.from_json(result["calibration"]), about["by"]
+        ).id
         lens = None
     record = services.store.lenses.add(lens) if lens else None
     return {"report": result["report"], "lens": record and record["id"], "calibration": version}

@@ -77,8 +77,18 @@ class MotionDetector:
     def add(self, pixels: NDArray[np.uint8]) -> list[MovingBlob]:
         """Return what moves in a frame (h, w[, 3]), px; nothing in the first one, and where nearly all changed."""
         shrink = max(1, round(pixels.shape[1] / WIDTH_PX))
-        small = pixels if shrink == 1 else np.asarray(cv2.resize(
-            pixels, (pixels.shape[1] // shrink, pixels.shape[0] // shrink), interpolation=cv2.INTER_AREA), np.uint8)
+        small = (
+            pixels
+            if shrink == 1
+            else np.asarray(
+                cv2.resize(
+                    pixels,
+                    (pixels.shape[1] // shrink, pixels.shape[0] // shrink),
+                    interpolation=cv2.INTER_AREA,
+                ),
+                np.uint8,
+            )
+        )
         if self._background is None or self._usual is None or self._background.shape != small.shape:
             return self._anew(small)
         difference = _difference(small, self._background)
@@ -88,7 +98,9 @@ class MotionDetector:
             self.upset += 1
             return self._anew(small)
         self._background = _towards(self._background, small)
-        self._usual = _towards(self._usual, np.asarray(cv2.convertScaleAbs(smooth, alpha=MIN_CHANGE_NOISES), np.uint8))
+        self._usual = _towards(
+            self._usual, np.asarray(cv2.convertScaleAbs(smooth, alpha=MIN_CHANGE_NOISES), np.uint8)
+        )
         _, _, stats, _ = cv2.connectedComponentsWithStats(changed, connectivity=8)
         boxes = stats[1:]
         area = boxes[:, cv2.CC_STAT_AREA]
@@ -116,11 +128,15 @@ def _difference(pixels: NDArray[np.uint8], background: NDArray[np.uint8]) -> NDA
     return np.asarray(first, np.uint8)
 
 
-def _mover(difference: NDArray[np.uint8], box: NDArray[np.int32], scale: NDArray[np.float64]) -> MovingBlob:
+def _mover(
+    difference: NDArray[np.uint8], box: NDArray[np.int32], scale: NDArray[np.float64]
+) -> MovingBlob:
     left, top, width, height, area = (int(v) for v in box)
     x0, y0 = max(left - BESIDE_PX, 0), max(top - BESIDE_PX, 0)
-    part = difference[y0:top + height + BESIDE_PX, x0:left + width + BESIDE_PX].astype(np.float64)
-    strong = float(np.percentile(np.sort(part, axis=None)[-max(area, 4):], 50))
+    part = difference[y0 : top + height + BESIDE_PX, x0 : left + width + BESIDE_PX].astype(
+        np.float64
+    )
+    strong = float(np.percentile(np.sort(part, axis=None)[-max(area, 4) :], 50))
     weight = np.clip(part - MIN_DIFFERENCE / 2, 0, max(FULL * strong, 1.0))
     total = weight.sum()
     x = x0 + float((weight.sum(axis=0) * np.arange(part.shape[1])).sum() / total)
@@ -155,7 +171,9 @@ class _Open:
         return last + velocity * since, REACH_PX + OF_SPEED * float(np.hypot(*velocity)) * since
 
     def done(self) -> Track:
-        return Track(self.number, np.array(self.frames), np.array(self.points, float).reshape(-1, 2))
+        return Track(
+            self.number, np.array(self.frames), np.array(self.points, float).reshape(-1, 2)
+        )
 
 
 class Tracker:
@@ -177,7 +195,9 @@ class Tracker:
             place, reach = track.expected(frame)
             for other, mover in enumerate(movers):
                 off = float(np.hypot(mover.x - place[0], mover.y - place[1]))
-                ratio = max(mover.area_px, track.area_px) / max(min(mover.area_px, track.area_px), 1.0)
+                ratio = max(mover.area_px, track.area_px) / max(
+                    min(mover.area_px, track.area_px), 1.0
+                )
                 if off <= reach and ratio <= AREA_RATIO:
                     pairs.append((off / reach, -len(track.points), which, other))
         taken_tracks, taken_movers = set(), set()
@@ -191,8 +211,11 @@ class Tracker:
                 self._count += 1
                 self._open.append(_Open(self._count))
                 self._follow(self._open[-1], frame, mover)
-        lost = [track for track in self._open if frame - track.frames[-1] > MAX_MISSED
-                or len(track.points) >= MAX_POINTS]
+        lost = [
+            track
+            for track in self._open
+            if frame - track.frames[-1] > MAX_MISSED or len(track.points) >= MAX_POINTS
+        ]
         self._open = [track for track in self._open if track not in lost]
         return [track.done() for track in lost if len(track.points) >= MIN_TRACK_POINTS]
 
@@ -200,7 +223,9 @@ class Tracker:
         """Drop a track's points up to that frame: they have been reported."""
         for track in self._open:
             if track.number == number:
-                rest = [i for i, frame in enumerate(track.frames) if frame > until] or [len(track.frames) - 1]
+                rest = [i for i, frame in enumerate(track.frames) if frame > until] or [
+                    len(track.frames) - 1
+                ]
                 track.frames = [track.frames[i] for i in rest]
                 track.points = [track.points[i] for i in rest]
 
@@ -212,7 +237,9 @@ class Tracker:
     def _follow(self, track: _Open, frame: int, mover: MovingBlob) -> None:
         track.frames.append(frame)
         track.points.append((mover.x, mover.y))
-        track.area_px = mover.area_px if len(track.points) == 1 else 0.7 * track.area_px + 0.3 * mover.area_px
+        track.area_px = (
+            mover.area_px if len(track.points) == 1 else 0.7 * track.area_px + 0.3 * mover.area_px
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +269,9 @@ class _Arc:
     fits: bool
 
 
-def straight_runs(frames: NDArray[np.int64], points: Points, diagonal_px: float) -> list[StraightRun]:
+def straight_runs(
+    frames: NDArray[np.int64], points: Points, diagonal_px: float
+) -> list[StraightRun]:
     """The runs of one track, in their order; frames (n,) ascending, points (n, 2) px."""
     runs: list[StraightRun] = []
     for first, last in _pieces(points, 0, len(points)):
@@ -261,7 +290,12 @@ def _pieces(points: Points, first: int, last: int) -> Sequence[tuple[int, int]]:
         return [(first, last)]
     cut = _corner(points[first:last]) + first
     left, right = list(_pieces(points, first, cut)), list(_pieces(points, cut, last))
-    if left and right and left[-1][1] >= right[0][0] - 1 and _arc(points[left[-1][0]:right[0][1]]).fits:
+    if (
+        left
+        and right
+        and left[-1][1] >= right[0][0] - 1
+        and _arc(points[left[-1][0] : right[0][1]]).fits
+    ):
         right[0] = (left.pop()[0], right[0][1])
     return left + right
 
@@ -308,7 +342,12 @@ def _arc(points: Points) -> _Arc:
         terms = np.linalg.lstsq(design * root[:, None], v * root, rcond=None)[0]
         off = v - design @ terms
         freedom = max(1.0, weight.sum() - 3)
-        noise = max(1.4826 * float(np.median(np.abs(off))) * np.sqrt(len(u) / freedom) if len(u) > 3 else 0.0, 0.02)
+        noise = max(
+            1.4826 * float(np.median(np.abs(off))) * np.sqrt(len(u) / freedom)
+            if len(u) > 3
+            else 0.0,
+            0.02,
+        )
         weight = np.minimum(1.0, HUBER * noise / np.maximum(np.abs(off), 1e-12))
     normal = (design * weight[:, None]).T @ design
     sigma = float(np.sqrt(max(np.linalg.pinv(normal)[2, 2], 0.0))) * noise
@@ -316,9 +355,17 @@ def _arc(points: Points) -> _Arc:
     away = np.abs(off) > np.maximum(MAX_OFF_NOISES * max(noise, NOISE_PX), 1e-9)
     in_a_row = bool(np.any(away[1:] & away[:-1]))
     steps = np.diff(u)
-    forwards = length > 0 and float(np.mean(steps > -2 * noise)) > 0.95 and length / max(len(u) - 1, 1) > MIN_STEP_PX
-    fits = (noise <= MAX_NOISE_PX and not in_a_row and float(np.mean(away)) <= 0.12
-            and abs(bow) <= MAX_BOW * max(length, 1e-9))
+    forwards = (
+        length > 0
+        and float(np.mean(steps > -2 * noise)) > 0.95
+        and length / max(len(u) - 1, 1) > MIN_STEP_PX
+    )
+    fits = (
+        noise <= MAX_NOISE_PX
+        and not in_a_row
+        and float(np.mean(away)) <= 0.12
+        and abs(bow) <= MAX_BOW * max(length, 1e-9)
+    )
     return _Arc(off, noise, bow, sigma, length, forwards, fits)
 
 
@@ -334,5 +381,12 @@ def _run(frames: NDArray[np.int64], points: Points) -> StraightRun | None:
     if not (arc.fits and arc.forwards):
         return None
     _, v, _ = _turned(points)
-    return StraightRun(frames, points, arc.length_px, arc.sag_px, arc.sag_sigma_px, root_mean_square(arc.off),
-                       float(np.std(v)))
+    return StraightRun(
+        frames,
+        points,
+        arc.length_px,
+        arc.sag_px,
+        arc.sag_sigma_px,
+        root_mean_square(arc.off),
+        float(np.std(v)),
+    )

@@ -39,18 +39,26 @@ class Background:
 
     def __init__(self, shape: tuple[int, ...], frames: int) -> None:
         if len(shape) != 3 or shape[2] != 3 or frames < 1:
-            raise BadInput("A background needs at least one colour frame.", "Add frames (height, width, 3).",
-                           reason="bad-background")
+            raise BadInput(
+                "A background needs at least one colour frame.",
+                "Add frames (height, width, 3).",
+                reason="bad-background",
+            )
         self._shape = shape
-        self._chosen = set(np.linspace(0, frames - 1, min(frames, MAX_FRAMES)).round().astype(int).tolist())
+        self._chosen = set(
+            np.linspace(0, frames - 1, min(frames, MAX_FRAMES)).round().astype(int).tolist()
+        )
         self._chosen_frames = np.empty((len(self._chosen), int(np.prod(shape))), np.uint8)
         self._added = self._count = 0
 
     def add(self, picture: NDArray[np.uint8]) -> None:
         """Take one more frame; what is beyond the announced number is left out."""
         if picture.shape != self._shape:
-            raise BadInput("The frames have different sizes.", "Start again with frames of one size.",
-                           reason="bad-background")
+            raise BadInput(
+                "The frames have different sizes.",
+                "Start again with frames of one size.",
+                reason="bad-background",
+            )
         if self._added in self._chosen:
             self._chosen_frames[self._count] = picture.reshape(-1)
             self._count += 1
@@ -74,22 +82,26 @@ class Background:
             return 0.0
         # Neighbouring frames differ by √2 noises; most pixels see no motion, so their median is noise alone.
         take = slice(None, None, max(1, self._chosen_frames.shape[1] // 200_000))
-        some = self._chosen_frames[:self._count, take].astype(np.int16)
+        some = self._chosen_frames[: self._count, take].astype(np.int16)
         return _spread(np.diff(some, axis=0)) / float(np.sqrt(2))
 
     @cached_property
     def _found(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
         if not self._count:
-            raise BadInput("A background needs at least one frame.", "Add a frame.", reason="bad-background")
+            raise BadInput(
+                "A background needs at least one frame.", "Add a frame.", reason="bad-background"
+            )
         self.__dict__.pop("noise", None)
         apart = max(_MIN_APART, int(np.ceil(_NOISES * self.noise)))
         size = self._chosen_frames.shape[1]
         picture, agreeing = np.empty(size, np.uint8), np.empty(size // 3, np.uint8)
         for start in range(0, size, _STRIP):
             part = slice(start, min(start + _STRIP, size))
-            strip = self._chosen_frames[:self._count, part]
+            strip = self._chosen_frames[: self._count, part]
             middle = _median(strip)
-            picture[part], agreeing[start // 3:part.stop // 3] = _mean_of_agreeing(strip, middle, apart)
+            picture[part], agreeing[start // 3 : part.stop // 3] = _mean_of_agreeing(
+                strip, middle, apart
+            )
         free = agreeing.reshape(self._shape[:2]) >= AGREEING * self._count
         return picture.reshape(self._shape), ~free
 
@@ -98,7 +110,9 @@ def _spread(off: NDArray) -> float:
     """Standard deviation from the 68 % of values that are least off; whole numbers are spread over their width."""
     counts = np.bincount(np.abs(off).ravel().clip(0, 255), minlength=256).astype(float)
     counts[1:] /= 2  # to either side
-    inner = np.cumsum(np.concatenate([[counts[0] / 2], counts[1:]])) / (counts[0] / 2 + counts[1:].sum())
+    inner = np.cumsum(np.concatenate([[counts[0] / 2], counts[1:]])) / (
+        counts[0] / 2 + counts[1:].sum()
+    )
     edge = np.arange(256) + 0.5
     return float(np.interp(0.6827, np.concatenate([[0.0], inner]), np.concatenate([[0.0], edge])))
 
@@ -135,8 +149,9 @@ def _network(count: int) -> tuple[tuple[int, int], ...]:
     return tuple(reversed(used))
 
 
-def _mean_of_agreeing(strip: NDArray[np.uint8], middle: NDArray[np.uint8], apart: int) \
-        -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def _mean_of_agreeing(
+    strip: NDArray[np.uint8], middle: NDArray[np.uint8], apart: int
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """The mean (n,) of the rows that are near the middle in all three colours of a pixel, and how many are (n / 3,)."""
     total = np.zeros((len(middle) // 3, 1, 3), np.uint16)
     count = np.zeros((len(middle) // 3, 1), np.uint8)
@@ -144,7 +159,9 @@ def _mean_of_agreeing(strip: NDArray[np.uint8], middle: NDArray[np.uint8], apart
     for row in strip:
         row = row.reshape(total.shape)
         near = cv2.inRange(cv2.absdiff(row, middle), (0, 0, 0), (apart, apart, apart))
-        cv2.add(total, cv2.bitwise_and(row, cv2.merge([near, near, near])), dst=total, dtype=cv2.CV_16U)
+        cv2.add(
+            total, cv2.bitwise_and(row, cv2.merge([near, near, near])), dst=total, dtype=cv2.CV_16U
+        )
         count += near > 0
     # The median's own colours may come from different frames: then none agrees, and it stands.
     times = np.maximum(count, 1)[..., None].astype(np.uint16)
@@ -154,16 +171,23 @@ def _mean_of_agreeing(strip: NDArray[np.uint8], middle: NDArray[np.uint8], apart
 
 def camera_shift_px(first: NDArray[np.uint8], other: NDArray[np.uint8]) -> float:
     """Return how far most of the picture (h, w[, 3]) has moved, px; 0 where that cannot be told."""
-    small = [opencv.to_grey(opencv.shrink_to_width(picture, WIDTH_PX)).astype(np.float32) for picture in (first, other)]
+    small = [
+        opencv.to_grey(opencv.shrink_to_width(picture, WIDTH_PX)).astype(np.float32)
+        for picture in (first, other)
+    ]
     height, width = small[0].shape[0] // 2, small[0].shape[1] // 2
     window = cv2.createHanningWindow((width, height), cv2.CV_32F)
     far = []
     for y in (0, height):
         for x in (0, width):
-            then, now = (picture[y:y + height, x:x + width] for picture in small)
+            then, now = (picture[y : y + height, x : x + width] for picture in small)
             if now.std() < ALIKE * then.std():
                 continue  # dark, or covered
             (dx, dy), response = cv2.phaseCorrelate(then, now, window)
             if response > SURE:
                 far.append(float(np.hypot(dx, dy)))
-    return float(np.sort(far)[-QUARTERS]) * first.shape[1] / small[0].shape[1] if len(far) >= QUARTERS else 0.0
+    return (
+        float(np.sort(far)[-QUARTERS]) * first.shape[1] / small[0].shape[1]
+        if len(far) >= QUARTERS
+        else 0.0
+    )

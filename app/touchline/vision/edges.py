@@ -58,8 +58,14 @@ class Piece:
         return type(self)(self.points[start:end], self.strength[start:end])
 
 
-def nearest_neighbours(points: Points, cells: NDArray, shape: tuple[int, ...], reach: int, ahead_share: float,
-                       judge: Callable[[NDArray, NDArray, NDArray], tuple[NDArray, NDArray]]) -> NDArray:
+def nearest_neighbours(
+    points: Points,
+    cells: NDArray,
+    shape: tuple[int, ...],
+    reach: int,
+    ahead_share: float,
+    judge: Callable[[NDArray, NDArray, NDArray], tuple[NDArray, NDArray]],
+) -> NDArray:
     """(2, n) for each point the nearest one ahead and the nearest behind, in cells (n, 2) at most `reach` apart; or -1.
 
     judge(a, b, step): how far ahead of points a their neighbours b lie, px, and which pairs are alike. ahead_share: of
@@ -98,7 +104,9 @@ def walks(follows: NDArray) -> Iterator[list[int]]:
         yield walk
 
 
-def straight_runs(points: Points, arm: int, least_cosine: float, clear: int) -> list[tuple[int, int]]:
+def straight_runs(
+    points: Points, arm: int, least_cosine: float, clear: int
+) -> list[tuple[int, int]]:
     """The stretches [start, end) of a chain between its sharp turns, which are seen by `arm` points on either side.
 
     clear: of a turn, points that are left out after it.
@@ -110,12 +118,19 @@ def straight_runs(points: Points, arm: int, least_cosine: float, clear: int) -> 
     straight = np.sum(way[arm:] * way[:-arm], axis=1) > least_cosine
     turns = np.flatnonzero(np.diff(np.concatenate([[False], straight, [False]]).astype(int)))
     # A turn is seen `arm` points before and after it; blur bends an edge nearly as far.
-    return [(int(start and start + clear), int(end + (2 * arm if end == len(straight) else arm + 1)))
-            for start, end in zip(turns[::2], turns[1::2], strict=True)]
+    return [
+        (int(start and start + clear), int(end + (2 * arm if end == len(straight) else arm + 1)))
+        for start, end in zip(turns[::2], turns[1::2], strict=True)
+    ]
 
 
-def smooth_stretches(points: Points, waiting: list[tuple[int, int]], is_long: Callable[[Points], bool], off_px: float,
-                     margin: int) -> Iterator[tuple[int, int]]:
+def smooth_stretches(
+    points: Points,
+    waiting: list[tuple[int, int]],
+    is_long: Callable[[Points], bool],
+    off_px: float,
+    margin: int,
+) -> Iterator[tuple[int, int]]:
     """Yield [start, end) of what a lens could have made of a line or of a piece of an arc, out of what is waiting.
 
     off_px: further off a cubic a stretch is cut in two, at least `margin` points from its ends.
@@ -146,8 +161,13 @@ def joined(pieces: Sequence[Piece]) -> list[Piece]:
                 follow_gap[i], follows[i] = gap, j
             if gap < lead_gap[j]:
                 lead_gap[j], leads[j] = gap, i
-    return [Piece(np.concatenate([pieces[i].points for i in walk]), np.concatenate([pieces[i].strength for i in walk]))
-            for walk in walks(mutual_links(follows, leads))]
+    return [
+        Piece(
+            np.concatenate([pieces[i].points for i in walk]),
+            np.concatenate([pieces[i].strength for i in walk]),
+        )
+        for walk in walks(mutual_links(follows, leads))
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,9 +182,13 @@ class _Ends:
 
     @classmethod
     def of(cls, pieces: Sequence[Piece]) -> Self:
-        return cls(np.array([p.points[0] for p in pieces]), np.array([p.points[-1] for p in pieces]),
-                   _directions([p.points[:TIP_POINTS] for p in pieces]),
-                   _directions([p.points[-TIP_POINTS:] for p in pieces]), np.array([chord(p.points) for p in pieces]))
+        return cls(
+            np.array([p.points[0] for p in pieces]),
+            np.array([p.points[-1] for p in pieces]),
+            _directions([p.points[:TIP_POINTS] for p in pieces]),
+            _directions([p.points[-TIP_POINTS:] for p in pieces]),
+            np.array([chord(p.points) for p in pieces]),
+        )
 
     def continuations(self, i: int, candidates: NDArray) -> tuple[NDArray, NDArray]:
         """Return those of the candidates that go straight on where piece i ends, and the gaps to them, px."""
@@ -174,9 +198,12 @@ class _Ends:
         bridge = bridge / np.maximum(np.linalg.norm(bridge, axis=1, keepdims=True), 1e-9)
         gap = np.sum(step * bridge, axis=1)
         off_axis = np.abs(step[:, 0] * bridge[:, 1] - step[:, 1] * bridge[:, 0])
-        is_near = (gap > 0) & (gap < np.minimum(MAX_GAP_PX, np.minimum(self.length[candidates], self.length[i])))
-        is_straight_on = ((off_axis < MAX_OFF_AXIS_PX + OFF_AXIS_A_PX * gap)
-                          & (self.start_direction[candidates] @ self.end_direction[i] > MIN_JOINED_COSINE))
+        is_near = (gap > 0) & (
+            gap < np.minimum(MAX_GAP_PX, np.minimum(self.length[candidates], self.length[i]))
+        )
+        is_straight_on = (off_axis < MAX_OFF_AXIS_PX + OFF_AXIS_A_PX * gap) & (
+            self.start_direction[candidates] @ self.end_direction[i] > MIN_JOINED_COSINE
+        )
         fits = is_near & is_straight_on
         return candidates[fits], gap[fits]
 
@@ -187,7 +214,10 @@ def _starts_near_ends(ends: _Ends) -> Iterator[NDArray]:
     for i, (x, y) in enumerate(np.floor(ends.start / MAX_GAP_PX).astype(int)):
         cells.setdefault((x, y), []).append(i)
     for i, (x, y) in enumerate(np.floor(ends.end / MAX_GAP_PX).astype(int)):
-        near = np.array([j for dx in (-1, 0, 1) for dy in (-1, 0, 1) for j in cells.get((x + dx, y + dy), ())], int)
+        near = np.array(
+            [j for dx in (-1, 0, 1) for dy in (-1, 0, 1) for j in cells.get((x + dx, y + dy), ())],
+            int,
+        )
         yield near[near != i]
 
 
@@ -209,7 +239,9 @@ def chord(points: Points) -> float:
 
 def _directions(tips: list[Points]) -> NDArray:
     """Unit directions (n, 2): from the mean of a tip's first half to that of its second."""
-    ways = np.array([tip[len(tip) // 2:].mean(axis=0) - tip[:len(tip) // 2].mean(axis=0) for tip in tips])
+    ways = np.array(
+        [tip[len(tip) // 2 :].mean(axis=0) - tip[: len(tip) // 2].mean(axis=0) for tip in tips]
+    )
     return ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
 
 
@@ -219,8 +251,12 @@ def edge_chains(pixels: NDArray[np.uint8]) -> list[Points]:
     points, directions, strength, cells = _tops(gradient_x, gradient_y)
     height, width = gradient_x.shape
     least_px = max(MIN_CHAIN_SHARE * float(np.hypot(width, height)), MIN_PIECE_PX)
-    pieces = [piece for links in walks(_links(points, directions, cells, (height, width))) if len(links) > 1
-              for piece in _smooth(Piece(points[links], strength[links]), MIN_PIECE_PX)]
+    pieces = [
+        piece
+        for links in walks(_links(points, directions, cells, (height, width)))
+        if len(links) > 1
+        for piece in _smooth(Piece(points[links], strength[links]), MIN_PIECE_PX)
+    ]
     found = [chain.points for line in joined(pieces) for chain in _smooth(line, least_px)]
     return sorted(found, key=lambda chain: (-chord(chain), *chain[0]))
 
@@ -234,7 +270,12 @@ def _tops(gx: NDArray, gy: NDArray) -> tuple[Points, NDArray, NDArray, NDArray]:
     after = np.where(sideways, strength[1:-1, 2:], strength[2:, 1:-1])
     tops = (inner > MIN_GRADIENT) & (inner >= before) & (inner > after)
     # Beyond the picture's end its last row goes on, in the blur, and turns a slanted edge.
-    tops[:MARGIN_PX], tops[-MARGIN_PX:], tops[:, :MARGIN_PX], tops[:, -MARGIN_PX:] = False, False, False, False
+    tops[:MARGIN_PX], tops[-MARGIN_PX:], tops[:, :MARGIN_PX], tops[:, -MARGIN_PX:] = (
+        False,
+        False,
+        False,
+        False,
+    )
     row, column = np.nonzero(tops)
     low, top, high = (np.sqrt(s[row, column]).astype(float) for s in (before, inner, after))
     with np.errstate(all="ignore"):
@@ -255,8 +296,10 @@ def _links(points: Points, directions: NDArray, cells: NDArray, shape: tuple[int
     tangent = np.stack([-directions[:, 1], directions[:, 0]], axis=1)
 
     def judge(a: NDArray, b: NDArray, step: Points) -> tuple[NDArray, NDArray]:
-        return (np.sum(step * (tangent[a] + tangent[b]), axis=1) / 2,
-                np.sum(directions[a] * directions[b], axis=1) > MIN_LINKED_COSINE)
+        return (
+            np.sum(step * (tangent[a] + tangent[b]), axis=1) / 2,
+            np.sum(directions[a] * directions[b], axis=1) > MIN_LINKED_COSINE,
+        )
 
     return mutual_links(*nearest_neighbours(points, cells, shape, REACH_PX, MIN_AHEAD_SHARE, judge))
 
@@ -270,8 +313,11 @@ def _smooth(line: Piece, least_px: float) -> list[Piece]:
         return len(points) >= 2 * TRIMMED_POINTS + 6 and chord(points) >= least_px
 
     stretches = smooth_stretches(line.points, runs, is_long, MAX_OFF_CUBIC_PX, 2 * TRIMMED_POINTS)
-    return [piece for piece in (line.part(*ends) for ends in stretches)
-            if np.median(piece.strength) >= MIN_MEDIAN_GRADIENT and _is_smooth(piece.points)]
+    return [
+        piece
+        for piece in (line.part(*ends) for ends in stretches)
+        if np.median(piece.strength) >= MIN_MEDIAN_GRADIENT and _is_smooth(piece.points)
+    ]
 
 
 def _is_smooth(points: Points) -> bool:

@@ -42,7 +42,7 @@ class Flicker(TypedDict):
 def row_means(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Mean brightness (n,) of bundles of rows, at most 270 of them, from every eighth column."""
     rows = max(1, -(-picture.shape[0] // MAX_ROWS))
-    part = picture[:picture.shape[0] // rows * rows, ::8]
+    part = picture[: picture.shape[0] // rows * rows, ::8]
     means = cv2.reduce(part.reshape(part.shape[0], -1), 1, cv2.REDUCE_AVG, dtype=cv2.CV_32F)
     return means.reshape(-1, rows).mean(axis=1)
 
@@ -50,7 +50,11 @@ def row_means(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
 def measure_flicker(times_s: Sequence[float], rows: Sequence[NDArray]) -> Flicker | None:
     """Measure a series: when each frame was taken, and its row means (n,). None for fewer than 12 frames."""
     times, brightness = np.asarray(times_s, float), np.asarray(rows, float)
-    usable = np.isfinite(times) & np.isfinite(brightness).all(axis=1) if len(brightness) else np.empty(0, bool)
+    usable = (
+        np.isfinite(times) & np.isfinite(brightness).all(axis=1)
+        if len(brightness)
+        else np.empty(0, bool)
+    )
     times, brightness = times[usable], brightness[usable]
     if len(times) < MIN_FRAMES or np.ptp(times) <= 0 or brightness.mean() <= 0:
         return None
@@ -62,9 +66,15 @@ def measure_flicker(times_s: Sequence[float], rows: Sequence[NDArray]) -> Flicke
     if max(100 * amplitude, bands_pct) < SEEN_PCT:
         beat = bands = band_beat = None
     named = band_beat if bands_pct > 100 * amplitude else beat
-    return {"amplitude_pct": round(100 * amplitude, 2), "beat_hz": None if beat is None else round(beat, 2),
-            "bands_pct": round(bands_pct, 2), "bands": bands, "lamp_hz": _lamp(named, times),
-            "drift_pct": round(float(100 * slope * times[-1]), 2), "frames": len(times)}
+    return {
+        "amplitude_pct": round(100 * amplitude, 2),
+        "beat_hz": None if beat is None else round(beat, 2),
+        "bands_pct": round(bands_pct, 2),
+        "bands": bands,
+        "lamp_hz": _lamp(named, times),
+        "drift_pct": round(float(100 * slope * times[-1]), 2),
+        "frames": len(times),
+    }
 
 
 def _frequencies(times: NDArray) -> NDArray:
@@ -95,7 +105,9 @@ def _bands(times: NDArray, brightness: NDArray) -> tuple[float, float | None, fl
     strength = np.sqrt((np.abs(per_frame) ** 2).mean(axis=0))
     best = int(strength.argmax())
     phase = per_frame[:, best]
-    waves = np.exp(-2j * np.pi * np.concatenate([-_frequencies(times), _frequencies(times)])[:, None] * times)
+    waves = np.exp(
+        -2j * np.pi * np.concatenate([-_frequencies(times), _frequencies(times)])[:, None] * times
+    )
     answer = np.abs(waves @ phase)
     pure = answer.max() > _PURE * np.abs(phase).sum()
     beat = float(np.tile(_frequencies(times), 2)[answer.argmax()]) if pure else None
@@ -107,30 +119,73 @@ def _lamp(beat: float | None, times: NDArray) -> float | None:
     if beat is None:
         return None
     rate = 1 / np.median(np.diff(times))
-    fits = [hz for hz in MAINS_HZ if abs(abs(hz - round(hz / rate) * rate) - beat) < 0.7 / np.ptp(times) + 0.02 * rate]
+    fits = [
+        hz
+        for hz in MAINS_HZ
+        if abs(abs(hz - round(hz / rate) * rate) - beat) < 0.7 / np.ptp(times) + 0.02 * rate
+    ]
     return fits[0] if len(fits) == 1 else None
 
 
 def advice(flicker: Flicker | None) -> list[Advice]:
     if flicker is None or max(flicker["amplitude_pct"], flicker["bands_pct"]) < SEEN_PCT:
         return []
-    light = (say("flicker.seen", "Light flickers:") if flicker["lamp_hz"] is None else
-             say("flicker.seen-as-lamps", "Light flickers as lamps do at {hz:.0f} Hz:", hz=flicker["lamp_hz"]))
+    light = (
+        say("flicker.seen", "Light flickers:")
+        if flicker["lamp_hz"] is None
+        else say(
+            "flicker.seen-as-lamps",
+            "Light flickers as lamps do at {hz:.0f} Hz:",
+            hz=flicker["lamp_hz"],
+        )
+    )
     periods = [1000 / hz for hz in ([flicker["lamp_hz"]] if flicker["lamp_hz"] else MAINS_HZ)]
-    fix = (say("flicker.set-exposure", "Set the exposure to {ms:.3g} ms or a whole multiple of it, or light the field "
-               "with lamps that do not flicker.", ms=periods[0]) if len(periods) == 1 else
-           say("flicker.set-one-exposure", "Set the exposure to {ms:.3g} ms or {other_ms:.3g} ms or a whole multiple "
-               "of it, or light the field with lamps that do not flicker.", ms=periods[0], other_ms=periods[1]))
+    fix = (
+        say(
+            "flicker.set-exposure",
+            "Set the exposure to {ms:.3g} ms or a whole multiple of it, or light the field "
+            "with lamps that do not flicker.",
+            ms=periods[0],
+        )
+        if len(periods) == 1
+        else say(
+            "flicker.set-one-exposure",
+            "Set the exposure to {ms:.3g} ms or {other_ms:.3g} ms or a whole multiple "
+            "of it, or light the field with lamps that do not flicker.",
+            ms=periods[0],
+            other_ms=periods[1],
+        )
+    )
     if flicker["bands_pct"] > flicker["amplitude_pct"]:
-        what = (say("flicker.some-bands", "{bands:.2g} bands of {percent:.1f} % move through the picture.",
-                    bands=flicker["bands"], percent=flicker["bands_pct"]) if (flicker["bands"] or 0) > 1 else
-                say("flicker.bands", "bands of {percent:.1f} % move through the picture.",
-                    percent=flicker["bands_pct"]))
+        what = (
+            say(
+                "flicker.some-bands",
+                "{bands:.2g} bands of {percent:.1f} % move through the picture.",
+                bands=flicker["bands"],
+                percent=flicker["bands_pct"],
+            )
+            if (flicker["bands"] or 0) > 1
+            else say(
+                "flicker.bands",
+                "bands of {percent:.1f} % move through the picture.",
+                percent=flicker["bands_pct"],
+            )
+        )
         bad = flicker["bands_pct"] >= MUCH_PCT
     else:
-        what = (say("flicker.varies", "the brightness varies by {percent:.1f} %.", percent=flicker["amplitude_pct"])
-                if flicker["beat_hz"] is None else
-                say("flicker.beats", "the brightness varies by {percent:.1f} %, {hz:.1f} times a second in the "
-                    "picture.", percent=flicker["amplitude_pct"], hz=flicker["beat_hz"]))
+        what = (
+            say(
+                "flicker.varies",
+                "the brightness varies by {percent:.1f} %.",
+                percent=flicker["amplitude_pct"],
+            )
+            if flicker["beat_hz"] is None
+            else say(
+                "flicker.beats",
+                "the brightness varies by {percent:.1f} %, {hz:.1f} times a second in the picture.",
+                percent=flicker["amplitude_pct"],
+                hz=flicker["beat_hz"],
+            )
+        )
         bad = flicker["amplitude_pct"] >= MUCH_PCT
     return [message(join(light, what), fix, bad)]

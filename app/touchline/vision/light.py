@@ -64,9 +64,15 @@ class Light:
     burnt: tuple[float, ...]
 
     def to_json(self) -> LightJson:
-        return {"mean": self.mean, "bright": self.bright, "clipped_low": self.clipped_low,
-                "clipped_high": self.clipped_high, "evenness": self.evenness, "carpet": list(self.carpet),
-                "burnt": list(self.burnt)}
+        return {
+            "mean": self.mean,
+            "bright": self.bright,
+            "clipped_low": self.clipped_low,
+            "clipped_high": self.clipped_high,
+            "evenness": self.evenness,
+            "carpet": list(self.carpet),
+            "burnt": list(self.burnt),
+        }
 
 
 def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> Light:
@@ -76,25 +82,36 @@ def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> L
     if mask is not None and not mask.any():
         mask = None
     blue, green, red = cv2.split(picture)
-    grey, top = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.asarray(cv2.max(cv2.max(blue, green), red), np.uint8)
+    grey, top = (
+        cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY),
+        np.asarray(cv2.max(cv2.max(blue, green), red), np.uint8),
+    )
     inside = None if mask is None else mask.astype(np.uint8)
     counts = cv2.calcHist([grey], [0], inside, [256], [0, 256]).ravel()
     tops = cv2.calcHist([top], [0], inside, [256], [0, 256]).ravel()
     total = float(counts.sum())
     carpet = _carpet(picture, mask)
     levels = [level for level in carpet if level is not None]
-    return Light(round(float(counts @ np.arange(256)) / total, 2),
-                 float(np.searchsorted(np.cumsum(counts), 0.995 * total)),
-                 round(float(tops[:LOW + 1].sum()) / total, _DIGITS), round(float(tops[HIGH:].sum()) / total, _DIGITS),
-                 round(min(levels) / max(max(levels), 1.0), 3) if len(levels) > 1 else None, carpet,
-                 _burnt(top, mask))
+    return Light(
+        round(float(counts @ np.arange(256)) / total, 2),
+        float(np.searchsorted(np.cumsum(counts), 0.995 * total)),
+        round(float(tops[: LOW + 1].sum()) / total, _DIGITS),
+        round(float(tops[HIGH:].sum()) / total, _DIGITS),
+        round(min(levels) / max(max(levels), 1.0), 3) if len(levels) > 1 else None,
+        carpet,
+        _burnt(top, mask),
+    )
 
 
 def _burnt(top: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple[float, ...]:
     mask = np.ones(top.shape, bool) if mask is None else mask
     burnt = (top >= HIGH) & mask
-    return tuple(round(int(np.count_nonzero(burnt[zone])) / max(int(np.count_nonzero(mask[zone])), 1), _DIGITS)
-                 for zone in zone_slices(*top.shape))
+    return tuple(
+        round(
+            int(np.count_nonzero(burnt[zone])) / max(int(np.count_nonzero(mask[zone])), 1), _DIGITS
+        )
+        for zone in zone_slices(*top.shape)
+    )
 
 
 def _carpet(picture: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple[float | None, ...]:
@@ -106,10 +123,14 @@ def _carpet(picture: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple
     if mask is None:
         h, w = level.shape
         usual = np.zeros(level.shape, bool)
-        usual[h // 4:-(-3 * h // 4), w // 4:-(-3 * w // 4)] = True  # a camera looks at its field
+        usual[h // 4 : -(-3 * h // 4), w // 4 : -(-3 * w // 4)] = (
+            True  # a camera looks at its field
+        )
         allowed = np.ones(level.shape, bool)
     else:
-        allowed = usual = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+        allowed = usual = (
+            cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+        )
         if not usual.any():
             return (None,) * 9
     b, r, usual_level = (float(np.median(plane[usual])) for plane in (blue, red, level))
@@ -129,26 +150,69 @@ def advice(light: Light) -> list[Advice]:
     """Return advice on the light, worst first."""
     messages = []
     if light.clipped_high >= CLIPPED_HIGH:
-        where = [i for i, share in enumerate(light.burnt) if share >= max(0.3 * max(light.burnt), CLIPPED_HIGH)]
+        where = [
+            i
+            for i, share in enumerate(light.burnt)
+            if share >= max(0.3 * max(light.burnt), CLIPPED_HIGH)
+        ]
         places, share = zone_names(where), _percent(light.clipped_high)
-        text = (say("light.overexposed", "Image overexposed everywhere: {share} of the pixels are saturated.",
-                    share=share) if places == [WHOLE] else
-                say("light.zones-overexposed", "Image overexposed at {zones}: {share} of the pixels are saturated.",
-                    zones=places, share=share))
-        messages.append(message(text, say("light.shorten-exposure", "Shorten the exposure, lower the gain or close the "
-                                          "iris. Move a lamp that causes reflections."),
-                                light.clipped_high >= MUCH_CLIPPED))
+        text = (
+            say(
+                "light.overexposed",
+                "Image overexposed everywhere: {share} of the pixels are saturated.",
+                share=share,
+            )
+            if places == [WHOLE]
+            else say(
+                "light.zones-overexposed",
+                "Image overexposed at {zones}: {share} of the pixels are saturated.",
+                zones=places,
+                share=share,
+            )
+        )
+        messages.append(
+            message(
+                text,
+                say(
+                    "light.shorten-exposure",
+                    "Shorten the exposure, lower the gain or close the "
+                    "iris. Move a lamp that causes reflections.",
+                ),
+                light.clipped_high >= MUCH_CLIPPED,
+            )
+        )
     if light.clipped_low >= CLIPPED_LOW:
         # Beside bright lines, black is most often a black carpet.
-        messages.append(message(say("light.underexposed", "Image underexposed: {share} of the pixels are black.",
-                                    share=_percent(light.clipped_low)),
-                                say("light.lengthen-exposure", "Lengthen the exposure, open the iris, or light the "
-                                    "field."), light.clipped_low >= MUCH_CLIPPED and light.bright < BRIGHT))
+        messages.append(
+            message(
+                say(
+                    "light.underexposed",
+                    "Image underexposed: {share} of the pixels are black.",
+                    share=_percent(light.clipped_low),
+                ),
+                say(
+                    "light.lengthen-exposure",
+                    "Lengthen the exposure, open the iris, or light the field.",
+                ),
+                light.clipped_low >= MUCH_CLIPPED and light.bright < BRIGHT,
+            )
+        )
     if light.bright < DARK:
-        messages.append(message(say("light.dark", "Image dark: the brightest pixels are at grey level {level:.0f} of "
-                                    "255.", level=light.bright),
-                                say("light.add-light", "Add light or lengthen the exposure. Raise the gain last, "
-                                    "because it adds noise."), light.bright < DARK / 2))
+        messages.append(
+            message(
+                say(
+                    "light.dark",
+                    "Image dark: the brightest pixels are at grey level {level:.0f} of 255.",
+                    level=light.bright,
+                ),
+                say(
+                    "light.add-light",
+                    "Add light or lengthen the exposure. Raise the gain last, "
+                    "because it adds noise.",
+                ),
+                light.bright < DARK / 2,
+            )
+        )
     messages += _unevenness(light)
     return sorted(messages, key=lambda s: s["severity"] != "warning")
 
@@ -164,12 +228,31 @@ def _unevenness(light: Light) -> list[Advice]:
     if not dim:
         return []
     least = 1 - min(known[i] for i in dim) / known[beside]
-    values = {"zones": first_capital(zone_names(dim, known)), "percent": 100 * least, "beside": ZONES[beside]}
-    text = (say("light.zones-darker", "{zones} up to {percent:.0f} % darker than the {beside}.", **values)
-            if len(dim) > 1 else
-            say("light.zone-darker", "{zones} {percent:.0f} % darker than the {beside}.", **values))
-    return [message(text, say("light.add-lamp", "Move or add a lamp there. If the lens darkens the corners, close its "
-                              "iris a little."), light.evenness < 0.5)]
+    values = {
+        "zones": first_capital(zone_names(dim, known)),
+        "percent": 100 * least,
+        "beside": ZONES[beside],
+    }
+    text = (
+        say(
+            "light.zones-darker",
+            "{zones} up to {percent:.0f} % darker than the {beside}.",
+            **values,
+        )
+        if len(dim) > 1
+        else say("light.zone-darker", "{zones} {percent:.0f} % darker than the {beside}.", **values)
+    )
+    return [
+        message(
+            text,
+            say(
+                "light.add-lamp",
+                "Move or add a lamp there. If the lens darkens the corners, close its "
+                "iris a little.",
+            ),
+            light.evenness < 0.5,
+        )
+    ]
 
 
 def _percent(share: float) -> str:

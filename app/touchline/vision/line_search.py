@@ -58,8 +58,14 @@ def profile_fan(across: int, half: int) -> ProfileFan:
     return ProfileFan(pixel, of * columns + column + across, 1 - (off[of, pixel] - column), columns)
 
 
-def find_line_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_px: float,
-                  widths_px: tuple[float, float], angle_rad: float | None, turn_rad: float) -> LineBar | str:
+def find_line_bar(
+    patch: NDArray[np.float64],
+    away: NDArray[np.float64],
+    reach_px: float,
+    widths_px: tuple[float, float],
+    angle_rad: float | None,
+    turn_rad: float,
+) -> LineBar | str:
     """Find the bar that a click means, or why there is none: "no-line", or "one-edge" where there is only a step.
 
     patch: a square of odd side, NaN beyond the picture; away (x, y) px: the click from its middle pixel.
@@ -82,23 +88,40 @@ def find_line_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_p
             rise = np.where(allowed & (rise > MIN_CONTRAST), rise, 0.0)
             clearest = max(clearest, float(rise.max()))
             steady = rise**2 / (rise**2 + 4 * rough + 1e-9)
-            nearness = np.exp(-0.5 * (np.maximum(np.abs(off) - width / 4, 0) / (NEAR * reach_px)) ** 2)
+            nearness = np.exp(
+                -0.5 * (np.maximum(np.abs(off) - width / 4, 0) / (NEAR * reach_px)) ** 2
+            )
             like_all = np.abs(means - usual) < 0.5 * rise
-            score = rise * steady * nearness * width**0.25 * np.where(like_all, GAP, 1.0) * (1.0 if sign > 0 else DARK)
+            score = (
+                rise
+                * steady
+                * nearness
+                * width**0.25
+                * np.where(like_all, GAP, 1.0)
+                * (1.0 if sign > 0 else DARK)
+            )
             at = np.unravel_index(int(np.argmax(score)), score.shape)
             if score[at] > best:
                 best, best_rise, found = float(score[at]), float(rise[at]), (at, width, sign)
     difference = np.abs(means[:, 3:] - means[:, :-3])  # of columns three apart
-    step = float(np.nanmax(np.where(allowed[:, 1:-2] & np.isfinite(difference), difference, 0.0), initial=0.0))
+    step = float(
+        np.nanmax(
+            np.where(allowed[:, 1:-2] & np.isfinite(difference), difference, 0.0), initial=0.0
+        )
+    )
     if found is None or step > STEP * clearest + MIN_CONTRAST:
         return "one-edge" if step > 2 * MIN_CONTRAST else "no-line"
     (row, column), width, sign = found
     middle = column - (0.0 if width % 2 else 0.5)
     rooms = _rooms(sign * means[row], middle, width, best_rise)
-    return LineBar(float(angles[row]), float(middle - columns // 2 - click[row]), float(width), rooms)
+    return LineBar(
+        float(angles[row]), float(middle - columns // 2 - click[row]), float(width), rooms
+    )
 
 
-def _profiles(patch: NDArray, reach_px: float, widths_px: tuple[float, float]) -> tuple[NDArray, NDArray]:
+def _profiles(
+    patch: NDArray, reach_px: float, widths_px: tuple[float, float]
+) -> tuple[NDArray, NDArray]:
     """(directions, columns): mean grey, NaN where the picture has ended, and its variance along the line."""
     half = patch.shape[0] // 2
     across = min(int(np.ceil(reach_px + widths_px[1] / 2)) + SIDE_PX + 2, half)
@@ -112,6 +135,7 @@ def _profiles(patch: NDArray, reach_px: float, widths_px: tuple[float, float]) -
         low = np.bincount(spread.cells, values * spread.share, size + 1)
         high = np.bincount(spread.cells + 1, values * (1 - spread.share), size + 1)
         return (low + high)[:size].reshape(DIRECTIONS, spread.columns)
+
     weight, first, second = summed(known.astype(float)), summed(grey), summed(grey**2)
     with np.errstate(invalid="ignore", divide="ignore"):
         # of the columns' pixels; fewer are a corner of the picture
@@ -155,7 +179,10 @@ def _least(values: NDArray, count: int) -> NDArray:
 def _rooms(profile: NDArray, middle: float, width: float, rise: float) -> tuple[float, float]:
     """How far from the middle the profile goes on without rising again, before and after."""
     rooms = []
-    for way, start in ((-1, int(np.floor(middle - width / 2))), (1, int(np.ceil(middle + width / 2)))):
+    for way, start in (
+        (-1, int(np.floor(middle - width / 2))),
+        (1, int(np.ceil(middle + width / 2))),
+    ):
         at, lowest = start, np.inf
         while 0 <= at < len(profile) and profile[at] <= lowest + 0.25 * rise:  # NaN ends it as well
             lowest = min(lowest, float(profile[at]))

@@ -61,14 +61,20 @@ class LinePatches:
     contrast: NDArray[np.float64]  # (n,) grey levels
 
     @classmethod
-    def of(cls, pictures: list[NDArray[np.uint8]], places: Points, normals: Points, width_px: NDArray) -> Self:
+    def of(
+        cls, pictures: list[NDArray[np.uint8]], places: Points, normals: Points, width_px: NDArray
+    ) -> Self:
         """What most of the pictures agree on."""
         away, half, weight = _window(width_px)
-        rows = np.median([_smooth(brightness_across(p, places, normals, away)) for p in pictures], axis=0)
+        rows = np.median(
+            [_smooth(brightness_across(p, places, normals, away)) for p in pictures], axis=0
+        )
         inner = np.abs(away) <= np.maximum(half - 0.5, 0.3)
         outer = (np.abs(away) >= half + 1.5) & (weight > 0.5)
-        contrast = np.abs((rows * inner).sum(axis=1) / inner.sum(axis=1)
-                          - (rows * outer).sum(axis=1) / outer.sum(axis=1))
+        contrast = np.abs(
+            (rows * inner).sum(axis=1) / inner.sum(axis=1)
+            - (rows * outer).sum(axis=1) / outer.sum(axis=1)
+        )
         return cls(places, normals, away, rows, weight, contrast)
 
     @classmethod
@@ -89,12 +95,19 @@ class LinePatches:
             then = _softened(then, softer_px)
         elif softer_px < 0:
             now = _softened(now, -softer_px)
-        ground = np.broadcast_to(np.stack([np.ones_like(self.away), self.away], axis=-1), (*then.shape, 2))
+        ground = np.broadcast_to(
+            np.stack([np.ones_like(self.away), self.away], axis=-1), (*then.shape, 2)
+        )
         slope = np.gradient(then, STEP_PX, axis=1)
-        heavy = np.concatenate([ground, then[..., None], -slope[..., None]], axis=2) * self.weight[..., None]
+        heavy = (
+            np.concatenate([ground, then[..., None], -slope[..., None]], axis=2)
+            * self.weight[..., None]
+        )
         values = (now * self.weight)[..., None]
         scale = np.maximum(np.linalg.norm(heavy, axis=1, keepdims=True), 1e-9)
-        inverse = np.linalg.inv((heavy / scale).transpose(0, 2, 1) @ (heavy / scale) + 1e-9 * np.eye(4))
+        inverse = np.linalg.inv(
+            (heavy / scale).transpose(0, 2, 1) @ (heavy / scale) + 1e-9 * np.eye(4)
+        )
         solved = inverse @ ((heavy / scale).transpose(0, 2, 1) @ values)
         rest = np.sum((values - (heavy / scale) @ solved) ** 2, axis=(1, 2))
         basis, _ = np.linalg.qr(heavy[..., :2])
@@ -110,8 +123,13 @@ class LinePatches:
             left = rest / np.maximum(shape, 1e-9)
             clear = (left < 1 - EXPLAINED) & np.isfinite(safe)
             usual = float(np.median(safe[clear])) if clear.any() else 1.0
-            found = (clear & (np.abs(px) < NEAR_PX) & (gain > CONTRAST[0] * usual)
-                    & (gain < CONTRAST[1] * usual) & (gain * self.contrast > MIN_LEVELS))
+            found = (
+                clear
+                & (np.abs(px) < NEAR_PX)
+                & (gain > CONTRAST[0] * usual)
+                & (gain < CONTRAST[1] * usual)
+                & (gain * self.contrast > MIN_LEVELS)
+            )
         return LineShifts(px, np.hypot(sigma, SYSTEMATIC_PX), found, gain, left)
 
     def softness(self, rows: NDArray[np.float64], found: NDArray[np.bool_]) -> float:
@@ -121,6 +139,7 @@ class LinePatches:
 
         def left(level: float) -> float:
             return float(np.median(self.offsets(rows, level).left[found]))
+
         best = min((0.0, *GLANCED_PX), key=left)
         if best == 0 or left(best) > SURELY_SOFTER * left(0.0):
             return 0.0
@@ -140,7 +159,11 @@ def _window(width_px: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     half = np.minimum(width_px, WIDEST_PX)[:, None] / 2
     reach = float(half.max(initial=0.5)) + GROUND_PX + 1
     away = np.arange(-np.ceil(reach / STEP_PX), np.ceil(reach / STEP_PX) + 1) * STEP_PX
-    return away, half, 1 / (1 + np.exp(np.clip((np.abs(away) - half - GROUND_PX) / (FADE_PX / 2), -40, 40)))
+    return (
+        away,
+        half,
+        1 / (1 + np.exp(np.clip((np.abs(away) - half - GROUND_PX) / (FADE_PX / 2), -40, 40))),
+    )
 
 
 def _smooth(rows: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -151,5 +174,9 @@ def _smooth(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _softened(rows: NDArray[np.float64], sigma_px: float) -> NDArray[np.float64]:
     wide = 2 * int(np.ceil(3 * sigma_px / STEP_PX)) + 1
-    return np.asarray(cv2.GaussianBlur(rows, (wide, 1), sigmaX=sigma_px / STEP_PX, borderType=cv2.BORDER_REPLICATE),
-                      np.float64)
+    return np.asarray(
+        cv2.GaussianBlur(
+            rows, (wide, 1), sigmaX=sigma_px / STEP_PX, borderType=cv2.BORDER_REPLICATE
+        ),
+        np.float64,
+    )

@@ -38,7 +38,9 @@ class PicturePrint:
         """picture (h, w[, 3]); None where nothing is in it, as in the dark."""
         # whole levels would be coarser than a carpet's texture
         grey = opencv.to_grey(picture).astype(np.float32)
-        cells = np.asarray(cv2.resize(grey, (COLUMNS, ROWS), interpolation=cv2.INTER_AREA), np.float32)
+        cells = np.asarray(
+            cv2.resize(grey, (COLUMNS, ROWS), interpolation=cv2.INTER_AREA), np.float32
+        )
         levels = cells - cv2.GaussianBlur(cells, (0, 0), SMOOTH)
         spread = _spread(levels)
         if spread < TINY_LEVELS:

@@ -62,8 +62,15 @@ class Profiles:
     widths: Mapping[int, float]
 
 
-def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width_px: NDArray, group: NDArray,
-                 capture_px: float, widths: Mapping[int, float] = NO_WIDTHS) -> Profiles:
+def across_lines(
+    gray: NDArray[np.uint8],
+    places: Points,
+    normals: Points,
+    width_px: NDArray,
+    group: NDArray,
+    capture_px: float,
+    widths: Mapping[int, float] = NO_WIDTHS,
+) -> Profiles:
     """places, normals (n, 2) px; width_px (n,) expected; group (n,): whose paint is of one width.
 
     widths: as Profiles has them, where they have been measured before.
@@ -88,8 +95,13 @@ def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width
     return Profiles(middle, contrast, found, painted)
 
 
-def _profiles(gray: NDArray[np.uint8], places: Points, normals: Points, width: float, capture_px: float,
-              ) -> tuple[NDArray, NDArray]:
+def _profiles(
+    gray: NDArray[np.uint8],
+    places: Points,
+    normals: Points,
+    width: float,
+    capture_px: float,
+) -> tuple[NDArray, NDArray]:
     """Return grey levels (n, k) across the places, and where: as far as a bar of that width is looked for."""
     reach = _reach(capture_px, width)
     away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
@@ -106,7 +118,9 @@ def _reach(capture_px: float, width: float) -> float:
     return _capture(capture_px, width) + width / 2 + GROUND_PX + 2 * BLUR_PX
 
 
-def _width(rows: NDArray, away: NDArray, nominal: float, widths: NDArray, capture_px: float) -> float:
+def _width(
+    rows: NDArray, away: NDArray, nominal: float, widths: NDArray, capture_px: float
+) -> float:
     """Return the width whose bars explain the profiles best, and need the least of a step for it.
 
     It is looked for uphill from the expected one; where that does not explain them almost fully, from wider ones too,
@@ -116,8 +130,14 @@ def _width(rows: NDArray, away: NDArray, nominal: float, widths: NDArray, captur
     worth = lru_cache(lambda number: _worth(rows, away, float(widths[number]), capture_px, noise))
     found = _uphill(worth, int(np.argmin(np.abs(widths - nominal))), len(widths))
     if worth(found) < ALMOST_ALL * len(rows):
-        others = {_uphill(worth, int(np.argmin(np.abs(widths - factor * nominal))), len(widths))
-                  for factor in WIDER} if worth(found) else range(len(widths))
+        others = (
+            {
+                _uphill(worth, int(np.argmin(np.abs(widths - factor * nominal))), len(widths))
+                for factor in WIDER
+            }
+            if worth(found)
+            else range(len(widths))
+        )
         best = max(others, key=worth)
         found = best if worth(best) > CLEARLY * worth(found) else found
     return float(widths[found])
@@ -126,7 +146,9 @@ def _width(rows: NDArray, away: NDArray, nominal: float, widths: NDArray, captur
 def _uphill(worth: Callable[[int], float], start: int, count: int) -> int:
     for stride in STRIDES:
         while True:
-            better = max((start, *(k for k in (start - stride, start + stride) if 0 <= k < count)), key=worth)
+            better = max(
+                (start, *(k for k in (start - stride, start + stride) if 0 <= k < count)), key=worth
+            )
             if better == start:
                 break
             start = better
@@ -140,8 +162,14 @@ def _worth(rows: NDArray, away: NDArray, width: float, capture_px: float, noise:
     return float(np.sum(np.where(good, explained / (1 + step), 0.0)))
 
 
-def _good(noise: float, middle: NDArray, contrast: NDArray, explained: NDArray, width: float, capture_px: float,
-          ) -> NDArray[np.bool_]:
+def _good(
+    noise: float,
+    middle: NDArray,
+    contrast: NDArray,
+    explained: NDArray,
+    width: float,
+    capture_px: float,
+) -> NDArray[np.bool_]:
     least = max(MIN_CONTRAST, CONTRAST_NOISES * noise)
     return (explained > CLEAN) & (contrast > least) & (np.abs(middle) < _capture(capture_px, width))
 
@@ -154,7 +182,9 @@ def _widths(nominal: float) -> NDArray:
     return widths[(widths >= least) & (widths <= max(nominal, most))]
 
 
-def brightness_across(picture: NDArray[np.uint8], places: Points, normals: Points, away: NDArray) -> NDArray:
+def brightness_across(
+    picture: NDArray[np.uint8], places: Points, normals: Points, away: NDArray
+) -> NDArray:
     """(n, k) grey levels at so many px (k,) across each place, averaged over a few pixels along it.
 
     picture: (height, width), or (height, width, 3) BGR, of which nothing else is touched.
@@ -162,8 +192,12 @@ def brightness_across(picture: NDArray[np.uint8], places: Points, normals: Point
     along = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
     total = np.zeros((len(places), len(away), *picture.shape[2:]), np.float32)
     for shift in ALONG_PX if len(places) else ():
-        at = ((places + shift * along)[:, None] + away[:, None] * normals[:, None]).astype(np.float32)
-        total += cv2.remap(picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        at = ((places + shift * along)[:, None] + away[:, None] * normals[:, None]).astype(
+            np.float32
+        )
+        total += cv2.remap(
+            picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
     if picture.ndim == 3:
         total = total @ np.array(GREY_OF_BGR, np.float32)
     return total.astype(np.float64) / len(ALONG_PX)
@@ -197,12 +231,22 @@ def _bars(rows: NDArray, away: NDArray, width: float, capture_px: float) -> tupl
     weight = _window(about, width)
     solved, left = _solved(np.concatenate([ground, bar[..., None]], axis=2), rows, weight)
     _, without = _solved(ground, rows, weight)
-    return (middle, solved[:, 3], 1 - left / np.maximum(without, 1e-9),
-            np.abs(solved[:, 2]) / np.maximum(np.abs(solved[:, 3]), 1.0))
+    return (
+        middle,
+        solved[:, 3],
+        1 - left / np.maximum(without, 1e-9),
+        np.abs(solved[:, 2]) / np.maximum(np.abs(solved[:, 3]), 1.0),
+    )
 
 
-def _refined(rows: NDArray, away: NDArray, width: float, middle: NDArray, contrast: NDArray, beside: float | None,
-             ) -> tuple[NDArray, NDArray, NDArray]:
+def _refined(
+    rows: NDArray,
+    away: NDArray,
+    width: float,
+    middle: NDArray,
+    contrast: NDArray,
+    beside: float | None,
+) -> tuple[NDArray, NDArray, NDArray]:
     """Middle, contrast and step (n,) after a few Gauss–Newton steps. beside: the step over the contrast, or free.
 
     A step of its own costs each profile most of what it knows of the middle; that of the whole marking costs nothing.
@@ -215,7 +259,9 @@ def _refined(rows: NDArray, away: NDArray, width: float, middle: NDArray, contra
         if beside is None:
             full = np.concatenate([ground, bar[..., None], moved], axis=2)
         else:
-            full = np.concatenate([ground[..., :2], (bar + beside * ground[..., 2])[..., None], moved], axis=2)
+            full = np.concatenate(
+                [ground[..., :2], (bar + beside * ground[..., 2])[..., None], moved], axis=2
+            )
         solved, _ = _solved(full, rows, _window(about, width))
         middle = middle + np.clip(solved[:, -1], -0.7, 0.7)
         contrast, step = solved[:, -2], solved[:, 2]
@@ -226,7 +272,11 @@ def _shared(steps: NDArray) -> float:
     """The step of a whole marking, in parts of its contrast; nought where the profiles do not clearly agree on one."""
     middle = float(np.median(steps))
     spread = 1.4826 * float(np.median(np.abs(steps - middle)))
-    return middle if len(steps) >= ENOUGH and abs(middle) > max(4 * spread / np.sqrt(len(steps)), 0.02) else 0.0
+    return (
+        middle
+        if len(steps) >= ENOUGH and abs(middle) > max(4 * spread / np.sqrt(len(steps)), 0.02)
+        else 0.0
+    )
 
 
 def _solved(design: NDArray, rows: NDArray, weight: NDArray) -> tuple[NDArray, NDArray]:
@@ -239,7 +289,9 @@ def _solved(design: NDArray, rows: NDArray, weight: NDArray) -> tuple[NDArray, N
 
 
 def _window(about: NDArray, width: float) -> NDArray:
-    return 1 / (1 + np.exp(np.clip((np.abs(about) - width / 2 - GROUND_PX) / (FADE_PX / 2), -40, 40)))
+    return 1 / (
+        1 + np.exp(np.clip((np.abs(about) - width / 2 - GROUND_PX) / (FADE_PX / 2), -40, 40))
+    )
 
 
 def _columns(about: NDArray, width: float) -> tuple[NDArray, NDArray, NDArray]:
@@ -248,7 +300,11 @@ def _columns(about: NDArray, width: float) -> tuple[NDArray, NDArray, NDArray]:
     low, high = (about + width / 2) / BLUR_PX, (about - width / 2) / BLUR_PX
     a, b = (1 / (1 + np.exp(-1.702 * np.clip(z, -30, 30))) for z in (low, high))
     step = 2 / (1 + np.exp(-1.702 / BLUR_PX * np.clip(about, -30, 30))) - 1
-    return np.stack([np.ones_like(about), about, step], axis=-1), a - b, 1.702 / BLUR_PX * (a * (1 - a) - b * (1 - b))
+    return (
+        np.stack([np.ones_like(about), about, step], axis=-1),
+        a - b,
+        1.702 / BLUR_PX * (a * (1 - a) - b * (1 - b)),
+    )
 
 
 def strays(middle_px: NDArray, found: NDArray[np.bool_], line: NDArray) -> NDArray[np.bool_]:

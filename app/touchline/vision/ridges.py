@@ -65,16 +65,25 @@ def ridges(gray: NDArray[np.uint8]) -> Ridges:
     row, column = np.nonzero((best > 0) & (np.abs(offset) <= MAX_OFF_CENTRE_PX).all(axis=-1))
     normal = across[row, column].astype(np.float64)
     points = np.stack([column, row], axis=1) + offset[row, column]
-    return _one_a_cell(points.astype(np.float64), np.stack([-normal[:, 1], normal[:, 0]], axis=1),
-                       best[row, column].astype(np.float64), picture.shape)
+    return _one_a_cell(
+        points.astype(np.float64),
+        np.stack([-normal[:, 1], normal[:, 0]], axis=1),
+        best[row, column].astype(np.float64),
+        picture.shape,
+    )
 
 
-def _add_ridges_of(picture: NDArray, sigma_px: float, best: NDArray, offset: NDArray, across: NDArray) -> None:
+def _add_ridges_of(
+    picture: NDArray, sigma_px: float, best: NDArray, offset: NDArray, across: NDArray
+) -> None:
     """Write this blur's ridges, in place, wherever their response is stronger than any before."""
     soft = cv2.GaussianBlur(picture, (0, 0), sigma_px, borderType=cv2.BORDER_REPLICATE)
     xx, yy, xy = _hessian(soft)
     # The Hessian's eigenvalues are mean ∓ spread.
-    mean, half_difference = cv2.addWeighted(xx, 0.5, yy, 0.5, 0), cv2.addWeighted(xx, 0.5, yy, -0.5, 0)
+    mean, half_difference = (
+        cv2.addWeighted(xx, 0.5, yy, 0.5, 0),
+        cv2.addWeighted(xx, 0.5, yy, -0.5, 0),
+    )
     spread = cv2.magnitude(half_difference, xy)
     response = _response(mean, spread, sigma_px)
     threshold = ABOVE_NOISE * float(np.percentile(response[::7, ::5], 60)) + MIN_RESPONSE
@@ -82,23 +91,35 @@ def _add_ridges_of(picture: NDArray, sigma_px: float, best: NDArray, offset: NDA
     at = row, column
     low = mean[at] - spread[at]
     # The eigenvector of the low eigenvalue, from whichever row of the matrix is longer: the other may vanish.
-    from_first, from_second = np.stack([xy[at], low - xx[at]], axis=1), np.stack([low - yy[at], xy[at]], axis=1)
+    from_first, from_second = (
+        np.stack([xy[at], low - xx[at]], axis=1),
+        np.stack([low - yy[at], xy[at]], axis=1),
+    )
     first_is_longer = np.abs(from_first).sum(axis=1) >= np.abs(from_second).sum(axis=1)
     normal = np.where(first_is_longer[:, None], from_first, from_second)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True) + 1e-9
     # The top of the parabola across the ridge: one Newton step from the pixel, with the slope and the curvature there.
-    slope_x = (soft[row, np.minimum(column + 1, soft.shape[1] - 1)] - soft[row, np.maximum(column - 1, 0)]) / 2
-    slope_y = (soft[np.minimum(row + 1, soft.shape[0] - 1), column] - soft[np.maximum(row - 1, 0), column]) / 2
+    slope_x = (
+        soft[row, np.minimum(column + 1, soft.shape[1] - 1)] - soft[row, np.maximum(column - 1, 0)]
+    ) / 2
+    slope_y = (
+        soft[np.minimum(row + 1, soft.shape[0] - 1), column] - soft[np.maximum(row - 1, 0), column]
+    ) / 2
     to_top = -(normal[:, 0] * slope_x + normal[:, 1] * slope_y) / (low - 1e-6)
     best[at], offset[at], across[at] = response[at], normal * to_top[:, None], normal
 
 
 def _hessian(soft: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     """Return the second derivatives xx, yy and xy of a picture, (h, w) each, by central differences."""
-    second, first, one = np.array([1, -2, 1], np.float32), np.array([-0.5, 0, 0.5], np.float32), np.ones(1, np.float32)
+    second, first, one = (
+        np.array([1, -2, 1], np.float32),
+        np.array([-0.5, 0, 0.5], np.float32),
+        np.ones(1, np.float32),
+    )
 
     def filtered(x: NDArray, y: NDArray) -> NDArray:
         return cv2.sepFilter2D(soft, cv2.CV_32F, x, y, borderType=cv2.BORDER_REPLICATE)
+
     return filtered(second, one), filtered(one, second), filtered(first, first)
 
 
@@ -112,7 +133,9 @@ def _response(mean: NDArray, spread: NDArray, sigma_px: float) -> NDArray:
     return np.where(mean < 0, cv2.min(response, not_blob), np.float32(0))
 
 
-def _one_a_cell(points: Points, along: NDArray, strength: NDArray, shape: tuple[int, ...]) -> Ridges:
+def _one_a_cell(
+    points: Points, along: NDArray, strength: NDArray, shape: tuple[int, ...]
+) -> Ridges:
     """Of points whose tops fall into one pixel, the strongest: two neighbours may both see one ridge between them."""
     cells = np.rint(points[:, ::-1]).astype(np.int64)
     number = cells[:, 0] * shape[1] + cells[:, 1]
@@ -126,21 +149,30 @@ def _one_a_cell(points: Points, along: NDArray, strength: NDArray, shape: tuple[
 def ridge_chains(found: Ridges, shape: tuple[int, ...]) -> list[NDArray[np.int64]]:
     """Indices of points along each smooth piece of a ridge, the longest first; shape: of the picture."""
     walks = _walks(*_links(found, shape))
-    pieces = [piece for walk in walks if len(walk) >= MIN_POINTS for piece in _smooth(walk, found.points)]
+    pieces = [
+        piece for walk in walks if len(walk) >= MIN_POINTS for piece in _smooth(walk, found.points)
+    ]
     return sorted(pieces, key=len, reverse=True)
 
 
 def _links(found: Ridges, shape: tuple[int, ...]) -> tuple[NDArray, NDArray]:
     """Each point's neighbour ahead and behind, by its own direction; -1 for none. Both must choose each other."""
-    def judge(a: NDArray, b: NDArray, step: Points) -> tuple[NDArray, NDArray]:
-        return (np.sum(step * found.along[a], axis=1),
-                np.abs(np.sum(found.along[a] * found.along[b], axis=1)) > MIN_CHAINED_COSINE)
 
-    neighbour = nearest_neighbours(found.points, found.cells, shape, REACH_PX, MIN_AHEAD_SHARE, judge)
+    def judge(a: NDArray, b: NDArray, step: Points) -> tuple[NDArray, NDArray]:
+        return (
+            np.sum(step * found.along[a], axis=1),
+            np.abs(np.sum(found.along[a] * found.along[b], axis=1)) > MIN_CHAINED_COSINE,
+        )
+
+    neighbour = nearest_neighbours(
+        found.points, found.cells, shape, REACH_PX, MIN_AHEAD_SHARE, judge
+    )
     count = len(found.points)
     for way in (0, 1):
         mine = neighbour[way]
-        answered = (mine >= 0) & ((neighbour[0][mine] == np.arange(count)) | (neighbour[1][mine] == np.arange(count)))
+        answered = (mine >= 0) & (
+            (neighbour[0][mine] == np.arange(count)) | (neighbour[1][mine] == np.arange(count))
+        )
         neighbour[way] = np.where(answered, mine, -1)
     return neighbour[0], neighbour[1]
 
@@ -170,7 +202,11 @@ def _smooth(walk: list[int], points: Points) -> list[NDArray]:
     """The stretches of a chain that a lens could have made of a line or of a piece of an arc."""
     chain = np.array(walk)
     has_turns = len(walk) >= 3 * TURN_ARM
-    runs = straight_runs(points[chain], TURN_ARM, MIN_TURN_COSINE, TURN_ARM) if has_turns else [(0, len(walk))]
+    runs = (
+        straight_runs(points[chain], TURN_ARM, MIN_TURN_COSINE, TURN_ARM)
+        if has_turns
+        else [(0, len(walk))]
+    )
 
     def is_long(piece: Points) -> bool:
         return len(piece) >= MIN_POINTS and chord(piece) > 0
@@ -198,8 +234,11 @@ def painted_lines(gray: NDArray[np.uint8]) -> PaintedLines:
         long = MIN_LONG_SHARE * float(np.hypot(*small.shape))
         if _weight(dark, dark_chains, long) > MIN_DARK_RATIO * _weight(found, chains, long):
             gray, found, chains = 255 - gray, dark, dark_chains
-    return PaintedLines(gray, tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
-                        tuple(found.along[c] for c in chains))
+    return PaintedLines(
+        gray,
+        tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
+        tuple(found.along[c] for c in chains),
+    )
 
 
 def with_bright_lines(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -231,4 +270,8 @@ def _like_paint(chains: list[NDArray[np.int64]], found: Ridges) -> list[NDArray[
     order = np.argsort(strength)
     run = np.cumsum(length[order])
     strong = strength[order][np.searchsorted(run, STRONG_SHARE * run[-1])]
-    return [chain for chain, own in zip(chains, strength, strict=True) if own >= MIN_PAINT_SHARE * strong]
+    return [
+        chain
+        for chain, own in zip(chains, strength, strict=True)
+        if own >= MIN_PAINT_SHARE * strong
+    ]

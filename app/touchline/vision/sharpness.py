@@ -20,7 +20,14 @@ from typing_extensions import TypedDict
 from touchline.core.geometry import Points
 from touchline.core.opencv import to_grey
 from touchline.core.statements import say
-from touchline.vision.zones import Advice, field_mask, first_capital, message, zone_names, zone_slices
+from touchline.vision.zones import (
+    Advice,
+    field_mask,
+    first_capital,
+    message,
+    zone_names,
+    zone_slices,
+)
 
 SEARCH_WIDTH_PX = 640  # px: edges are looked for in a picture this wide
 BLOCK = 16  # px of it: no two edge points are nearer than a block or so
@@ -69,7 +76,11 @@ def measure_sharpness(picture: NDArray[np.uint8], field: NDArray | None = None) 
     field: its mask, also of the picture reduced, or its polygon in pixels, where it is known; nothing outside counts.
     """
     height, width = picture.shape[:2]
-    shape = field.shape if field is not None and field.dtype == np.bool_ and field.ndim == 2 else (height, width)
+    shape = (
+        field.shape
+        if field is not None and field.dtype == np.bool_ and field.ndim == 2
+        else (height, width)
+    )
     mask = field_mask(field, *shape)
     if min(height, width) < 3 * BLOCK:
         return Sharpness(None, (None,) * 9, (0,) * 9)
@@ -82,10 +93,14 @@ def measure_sharpness(picture: NDArray[np.uint8], field: NDArray | None = None) 
         counts.append(len(here))
         widths.append(round(float(np.quantile(here, 0.3)), 2) if len(here) >= MIN_EDGES else None)
     known = [w for w in widths if w is not None]
-    return Sharpness(round(float(np.quantile(known, 0.25)), 2) if known else None, tuple(widths), tuple(counts))
+    return Sharpness(
+        round(float(np.quantile(known, 0.25)), 2) if known else None, tuple(widths), tuple(counts)
+    )
 
 
-def _edge_points(grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple[Points, Points, NDArray]:
+def _edge_points(
+    grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None
+) -> tuple[Points, Points, NDArray]:
     """Places (n, 2) px of strong edges, their unit normals towards the bright side, and their zones (n,)."""
     height, width = grey.shape
     scale = max(1.0, width / SEARCH_WIDTH_PX)
@@ -103,8 +118,14 @@ def _edge_points(grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tup
     for i, part in enumerate(zone_slices(*small.shape)):
         zones[part] = i
     zone = zones[rows, columns]
-    keep = np.concatenate([np.flatnonzero((zone == i) & (strength > SLOPE))[
-        np.argsort(-strength[(zone == i) & (strength > SLOPE)], kind="stable")[:MAX_EDGES]] for i in range(9)])
+    keep = np.concatenate(
+        [
+            np.flatnonzero((zone == i) & (strength > SLOPE))[
+                np.argsort(-strength[(zone == i) & (strength > SLOPE)], kind="stable")[:MAX_EDGES]
+            ]
+            for i in range(9)
+        ]
+    )
     rows, columns = rows[keep], columns[keep]
     normals = np.stack([across[rows, columns], down[rows, columns]], axis=-1) / strength[keep, None]
     # A reduced pixel's centre, in the full picture.
@@ -115,7 +136,12 @@ def _edge_points(grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tup
 def _steepest_in_blocks(steep: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
     """Rows and columns of the steepest pixel in each whole block."""
     h, w = (n // BLOCK for n in steep.shape)
-    blocks = steep[:h * BLOCK, :w * BLOCK].reshape(h, BLOCK, w, BLOCK).swapaxes(1, 2).reshape(h * w, -1)
+    blocks = (
+        steep[: h * BLOCK, : w * BLOCK]
+        .reshape(h, BLOCK, w, BLOCK)
+        .swapaxes(1, 2)
+        .reshape(h * w, -1)
+    )
     best = blocks.argmax(axis=1)
     at = np.arange(h * w)
     return at // w * BLOCK + best // BLOCK, at % w * BLOCK + best % BLOCK
@@ -127,14 +153,16 @@ def _edge_widths(grey: NDArray[np.uint8], places: Points, normals: Points) -> ND
     search = 1.5 * max(1.0, grey.shape[1] / SEARCH_WIDTH_PX) + 1
     t = np.arange(-REACH_PX - search, REACH_PX + search + STEP_PX, STEP_PX)
     # Three ways side by side have less noise than one.
-    profile = np.mean([_profiles(grey, places, normals, t, beside) for beside in (-1.5, 0.0, 1.5)], axis=0)
+    profile = np.mean(
+        [_profiles(grey, places, normals, t, beside) for beside in (-1.5, 0.0, 1.5)], axis=0
+    )
     middle = np.flatnonzero(np.abs(t) <= search)
     rise = profile[:, middle[1:] + 1] - profile[:, middle[1:] - 1]
     steepest = middle[1:][rise.argmax(axis=1)]
     away = round(REACH_PX / STEP_PX)
     window = np.clip(steepest[:, None] + np.arange(-away, away + 1), 0, len(t) - 1)
     flank = np.take_along_axis(profile, window, axis=1)
-    low, high = flank[:, :away + 1].min(axis=1), flank[:, away:].max(axis=1)
+    low, high = flank[:, : away + 1].min(axis=1), flank[:, away:].max(axis=1)
     contrast = high - low
     with np.errstate(divide="ignore", invalid="ignore"):
         shape = (flank - low[:, None]) / contrast[:, None]
@@ -145,17 +173,22 @@ def _edge_widths(grey: NDArray[np.uint8], places: Points, normals: Points) -> ND
     soft = np.flatnonzero(wide > SOFT_PX)
     doubtful = (strength[soft] < FAINT * usual) | (contrast[soft] < SOFT_CONTRAST)
     for beside in (-ALONG_PX, ALONG_PX) if soft.size else ():
-        doubtful |= ~_goes_on(profile[soft], _profiles(grey, places[soft], normals[soft], t, beside))
+        doubtful |= ~_goes_on(
+            profile[soft], _profiles(grey, places[soft], normals[soft], t, beside)
+        )
     wide[soft[doubtful]] = np.nan
     return wide
 
 
-def _profiles(grey: NDArray[np.uint8], places: Points, normals: Points, t: NDArray, beside_px: float) \
-        -> NDArray[np.float32]:
+def _profiles(
+    grey: NDArray[np.uint8], places: Points, normals: Points, t: NDArray, beside_px: float
+) -> NDArray[np.float32]:
     """(n, len(t)) grey levels on the way across each edge, beside_px along it."""
     along = np.stack([-normals[:, 1], normals[:, 0]], axis=-1)
     at = ((places + beside_px * along)[:, None] + t[:, None] * normals[:, None]).astype(np.float32)
-    return cv2.remap(grey, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
+    return cv2.remap(
+        grey, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    ).astype(np.float32)
 
 
 def _goes_on(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -164,7 +197,7 @@ def _goes_on(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[n
     best = np.full(len(here), -1.0)
     for shift in SHIFTS_PX:
         start = most + round(shift / STEP_PX)
-        a, b = here[:, most:-most], there[:, start:start + here.shape[1] - 2 * most]
+        a, b = here[:, most:-most], there[:, start : start + here.shape[1] - 2 * most]
         a, b = a - a.mean(axis=1, keepdims=True), b - b.mean(axis=1, keepdims=True)
         size = np.sqrt((a * a).sum(axis=1) * (b * b).sum(axis=1))
         best = np.maximum(best, (a * b).sum(axis=1) / np.maximum(size, 1e-6))
@@ -173,7 +206,7 @@ def _goes_on(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[n
 
 def _noise(grey: NDArray[np.uint8]) -> float:
     """Standard deviation of noise and fine texture, from neighbours in a few rows."""
-    rows = grey[::max(1, grey.shape[0] // 24)].astype(np.int16)
+    rows = grey[:: max(1, grey.shape[0] // 24)].astype(np.int16)
     return float(np.median(np.abs(np.diff(rows, 2, axis=1)))) * 1.4826 / np.sqrt(6)
 
 
@@ -191,17 +224,46 @@ def advice(sharpness: Sharpness) -> list[Advice]:
     known = {i: w for i, w in enumerate(sharpness.width_px) if w is not None}
     best = sharpness.best_px
     if best is None:
-        return [message(say("focus.unknown", "Focus unknown: no edges detected."),
-                        say("focus.point-at-lines", "Point the camera at the field's lines, or light it."), False)]
+        return [
+            message(
+                say("focus.unknown", "Focus unknown: no edges detected."),
+                say("focus.point-at-lines", "Point the camera at the field's lines, or light it."),
+                False,
+            )
+        ]
     if best > SOFT_PX:
-        return [message(say("focus.all-soft", "Whole image soft: the sharpest edges are {px:.1f} px wide.", px=best),
-                        say("focus.turn-ring", "Turn the focus ring of the lens until this value is smallest, then "
-                            "lock it."), best > VERY_SOFT_PX)]
+        return [
+            message(
+                say(
+                    "focus.all-soft",
+                    "Whole image soft: the sharpest edges are {px:.1f} px wide.",
+                    px=best,
+                ),
+                say(
+                    "focus.turn-ring",
+                    "Turn the focus ring of the lens until this value is smallest, then lock it.",
+                ),
+                best > VERY_SOFT_PX,
+            )
+        ]
     soft = [i for i, w in known.items() if w > WORSE * best and w > SOFT_PX]
     if not soft:
         return []
     worst = max(known[i] for i in soft)
-    return [message(say("focus.zones-soft", "{zones} soft: edges {px:.1f} px wide, {best_px:.1f} px in the sharpest "
-                        "area.", zones=first_capital(zone_names(soft, known)), px=worst, best_px=best),
-                    say("focus.halfway", "Focus halfway between near and far, close the iris a little, and clean the "
-                        "lens. Check that the lens is mounted straight."), worst > VERY_SOFT_PX)]
+    return [
+        message(
+            say(
+                "focus.zones-soft",
+                "{zones} soft: edges {px:.1f} px wide, {best_px:.1f} px in the sharpest area.",
+                zones=first_capital(zone_names(soft, known)),
+                px=worst,
+                best_px=best,
+            ),
+            say(
+                "focus.halfway",
+                "Focus halfway between near and far, close the iris a little, and clean the "
+                "lens. Check that the lens is mounted straight.",
+            ),
+            worst > VERY_SOFT_PX,
+        )
+    ]

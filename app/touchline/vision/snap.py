@@ -83,8 +83,11 @@ def snap(pixels: NDArray[np.uint8], point: Points, hint: Hint = Hint()) -> Snapp
     x, y = float(point[0]), float(point[1])
     if not (-0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5):  # NaN is not inside
         return Unsnapped("off-picture")
-    widths = WIDTHS_PX if hint.width_px is None else (WIDTH_RATIOS[0] * hint.width_px, max(WIDTH_RATIOS[1] *
-                                                                                           hint.width_px, 3.0))
+    widths = (
+        WIDTHS_PX
+        if hint.width_px is None
+        else (WIDTH_RATIOS[0] * hint.width_px, max(WIDTH_RATIOS[1] * hint.width_px, 3.0))
+    )
     middle = np.rint([x, y])
     half = int(np.ceil(np.hypot(hint.reach_px + widths[1] + SIDE_PX + 2, ALONG_PX)))
     patch = _patch(pixels, middle.astype(int), half)
@@ -99,14 +102,24 @@ def _patch(pixels: NDArray, middle: NDArray, half: int) -> NDArray[np.float64]:
     """A square around a pixel, grey; NaN beyond the picture."""
     x, y = middle
     left, top = max(0, half - x), max(0, half - y)
-    window = opencv.to_grey(np.ascontiguousarray(pixels[max(0, y - half):y + half + 1, max(0, x - half):x + half + 1]))
+    window = opencv.to_grey(
+        np.ascontiguousarray(
+            pixels[max(0, y - half) : y + half + 1, max(0, x - half) : x + half + 1]
+        )
+    )
     patch = np.full((2 * half + 1, 2 * half + 1), np.nan)
-    patch[top:top + window.shape[0], left:left + window.shape[1]] = window
+    patch[top : top + window.shape[0], left : left + window.shape[1]] = window
     return patch
 
 
-def _refined(patch: NDArray, away: NDArray, click: NDArray, bar: LineBar, hint: Hint,
-             widths: tuple[float, float]) -> Snapped | Unsnapped:
+def _refined(
+    patch: NDArray,
+    away: NDArray,
+    click: NDArray,
+    bar: LineBar,
+    hint: Hint,
+    widths: tuple[float, float],
+) -> Snapped | Unsnapped:
     """Fit, turn to the line's own direction, fit again: at the foot the line then runs along s."""
     angle, start, turns = bar.angle_rad, (bar.offset_px, bar.width_px), 0
     while True:
@@ -114,21 +127,38 @@ def _refined(patch: NDArray, away: NDArray, click: NDArray, bar: LineBar, hint: 
         if fitted is None:
             return Unsnapped("unclear")
         turn = float(np.arctan(fitted.slope))
-        angle, start, turns = angle + turn, (fitted.offset_px * np.cos(turn), fitted.width_px), turns + 1
+        angle, start, turns = (
+            angle + turn,
+            (fitted.offset_px * np.cos(turn), fitted.width_px),
+            turns + 1,
+        )
         if abs(turn) < 0.01 or turns == MAX_TURNS:
             break
-    if abs(fitted.offset_px) > hint.reach_px + 1 or not 0.5 * widths[0] <= fitted.width_px <= 1.3 * widths[1]:
+    if (
+        abs(fitted.offset_px) > hint.reach_px + 1
+        or not 0.5 * widths[0] <= fitted.width_px <= 1.3 * widths[1]
+    ):
         return Unsnapped("no-line")
     edges = fitted.edges
     if edges[0] * edges[1] > 0:
         return Unsnapped("one-edge")
-    if min(np.abs(edges)) < max(MIN_EDGE, CLEAR * fitted.noise) or fitted.explained < MIN_EXPLAINED \
-            or fitted.beside_px < BACKGROUND_PX or not fitted.sigma_px <= UNSURE_PX:
+    if (
+        min(np.abs(edges)) < max(MIN_EDGE, CLEAR * fitted.noise)
+        or fitted.explained < MIN_EXPLAINED
+        or fitted.beside_px < BACKGROUND_PX
+        or not fitted.sigma_px <= UNSURE_PX
+    ):
         return Unsnapped("unclear")
     offset = fitted.offset_px
     foot = click + offset * np.array([-np.sin(angle), np.cos(angle)])
-    return Snapped((float(foot[0]), float(foot[1])), abs(float(offset)), fitted.width_px, float(angle % np.pi),
-                   fitted.sigma_px, fitted.explained)
+    return Snapped(
+        (float(foot[0]), float(foot[1])),
+        abs(float(offset)),
+        fitted.width_px,
+        float(angle % np.pi),
+        fitted.sigma_px,
+        fitted.explained,
+    )
 
 
 @dataclass(frozen=True)
@@ -143,8 +173,14 @@ class _Fitted:
     explained: float
 
 
-def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float], bar: LineBar,
-         expected_px: float | None) -> _Fitted | None:
+def _fit(
+    patch: NDArray,
+    away: NDArray,
+    angle: float,
+    start: tuple[float, float],
+    bar: LineBar,
+    expected_px: float | None,
+) -> _Fitted | None:
     """Gauss-Newton with biweights. Unknowns: c₀ c₁ c₂ w ln σ b₁ p b₂ g."""
     s, t, grey = _around(patch, away, angle, start[0], bar)
     if len(grey) < 30:
@@ -162,9 +198,19 @@ def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float]
         expected_px = None
     state = np.array([start[0], 0.0, 0.0, expected_px or width, np.log(BLUR_PX), *levels, 0.0])
     prior = state.copy()
-    spread = np.array([np.inf, np.inf, BEND / 2, 0.4 * expected_px if expected_px else 0.5 * width + 0.5,
-                       np.log(BLUR_RATIO), np.inf, max(30.0, abs(levels[1] - (levels[0] + levels[2]) / 2)), np.inf,
-                       np.inf])
+    spread = np.array(
+        [
+            np.inf,
+            np.inf,
+            BEND / 2,
+            0.4 * expected_px if expected_px else 0.5 * width + 0.5,
+            np.log(BLUR_RATIO),
+            np.inf,
+            max(30.0, abs(levels[1] - (levels[0] + levels[2]) / 2)),
+            np.inf,
+            np.inf,
+        ]
+    )
     free = np.isfinite(spread)
     for _ in range(STEPS):
         shown, jacobian = _bar_seen(state, s, t)
@@ -192,17 +238,30 @@ def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float]
     residual = grey - _bar_seen(state, s, t)[0]
     fits = np.abs(residual) < CUT * noise
     of_grey = float(np.sum((grey[fits] - grey[fits].mean()) ** 2)) if fits.any() else 0.0
-    explained = (1 - float(np.sum(residual[fits] ** 2)) / of_grey) * float(fits.mean()) if of_grey > 0 else 0.0
+    explained = (
+        (1 - float(np.sum(residual[fits] ** 2)) / of_grey) * float(fits.mean())
+        if of_grey > 0
+        else 0.0
+    )
     with np.errstate(invalid="ignore"):
         sigma = float(np.sqrt(np.linalg.inv(normal)[0, 0]))
     edges = float(state[6] - state[5]), float(state[7] - state[6])
     beside = float(min(state[0] - t.min(), t.max() - state[0]) - state[3] / 2)
-    return _Fitted(float(state[0]), float(state[1]), float(state[3]), edges, beside, noise, sigma,
-                   float(np.clip(explained, 0, 1)))
+    return _Fitted(
+        float(state[0]),
+        float(state[1]),
+        float(state[3]),
+        edges,
+        beside,
+        noise,
+        sigma,
+        float(np.clip(explained, 0, 1)),
+    )
 
 
-def _around(patch: NDArray, away: NDArray, angle: float, offset: float, bar: LineBar) -> tuple[NDArray, NDArray,
-                                                                                               NDArray]:
+def _around(
+    patch: NDArray, away: NDArray, angle: float, offset: float, bar: LineBar
+) -> tuple[NDArray, NDArray, NDArray]:
     """Pixels on the line and the background beside it: s and t from the click, and their grey."""
     half = patch.shape[0] // 2
     side = np.arange(-half, half + 1)
@@ -210,7 +269,12 @@ def _around(patch: NDArray, away: NDArray, angle: float, offset: float, bar: Lin
     s, t = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
     # Background, until something else begins.
     before, after = (min(room, bar.width_px / 2 + BESIDE_PX) for room in bar.rooms_px)
-    near = (np.abs(s) <= ALONG_PX) & (t >= offset - before) & (t <= offset + after) & np.isfinite(patch)
+    near = (
+        (np.abs(s) <= ALONG_PX)
+        & (t >= offset - before)
+        & (t <= offset + after)
+        & np.isfinite(patch)
+    )
     return s[near], t[near], patch[near]
 
 
@@ -221,8 +285,20 @@ def _bar_seen(state: NDArray, s: NDArray, t: NDArray) -> tuple[NDArray, NDArray]
     d = t - (c0 + c1 * s + c2 * s**2)
     z1, z2 = (d + width / 2) / blur, (d - width / 2) / blur
     rise1, rise2 = normal_cdf(z1), normal_cdf(z2)
-    slope1, slope2 = ((level * np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)) for level, z in ((p - b1, z1), (b2 - p, z2)))
+    slope1, slope2 = (
+        (level * np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi))
+        for level, z in ((p - b1, z1), (b2 - p, z2))
+    )
     by_d = (slope1 + slope2) / blur
-    columns = (-by_d, -by_d * s, -by_d * s**2, (slope1 - slope2) / (2 * blur), -(slope1 * z1 + slope2 * z2),
-               1 - rise1, rise1 - rise2, rise2, s)
+    columns = (
+        -by_d,
+        -by_d * s,
+        -by_d * s**2,
+        (slope1 - slope2) / (2 * blur),
+        -(slope1 * z1 + slope2 * z2),
+        1 - rise1,
+        rise1 - rise2,
+        rise2,
+        s,
+    )
     return b1 + (p - b1) * rise1 + (b2 - p) * rise2 + g * s, np.stack(columns, axis=1)

@@ -18,14 +18,27 @@ from touchline.core import opencv
 from touchline.core.errors import BadInput
 from touchline.core.statements import Sentence, Stated, capitalised, say, stated
 
-ZONES = (say("zone.top-left", "top left"), say("zone.top", "top"), say("zone.top-right", "top right"),
-         say("zone.left", "left"), say("zone.middle", "middle"), say("zone.right", "right"),
-         say("zone.bottom-left", "bottom left"), say("zone.bottom", "bottom"), say("zone.bottom-right", "bottom right"))
+ZONES = (
+    say("zone.top-left", "top left"),
+    say("zone.top", "top"),
+    say("zone.top-right", "top right"),
+    say("zone.left", "left"),
+    say("zone.middle", "middle"),
+    say("zone.right", "right"),
+    say("zone.bottom-left", "bottom left"),
+    say("zone.bottom", "bottom"),
+    say("zone.bottom-right", "bottom right"),
+)
 WHOLE = say("zone.whole-image", "whole image")
 MIDDLE = 4
-_GROUPS = {say("zone.rim", "rim"): (0, 1, 2, 3, 5, 6, 7, 8), say("zone.corners", "corners"): (0, 2, 6, 8),
-           say("zone.left-edge", "left edge"): (0, 3, 6), say("zone.right-edge", "right edge"): (2, 5, 8),
-           say("zone.top-edge", "top edge"): (0, 1, 2), say("zone.bottom-edge", "bottom edge"): (6, 7, 8)}
+_GROUPS = {
+    say("zone.rim", "rim"): (0, 1, 2, 3, 5, 6, 7, 8),
+    say("zone.corners", "corners"): (0, 2, 6, 8),
+    say("zone.left-edge", "left edge"): (0, 3, 6),
+    say("zone.right-edge", "right edge"): (2, 5, 8),
+    say("zone.top-edge", "top edge"): (0, 1, 2),
+    say("zone.bottom-edge", "bottom edge"): (6, 7, 8),
+}
 
 COLUMNS, ROWS = 16, 12
 DARKEST, BRIGHTEST = 16, 240  # grey levels, on average: what is counted
@@ -38,7 +51,11 @@ LONG_S = 20.0  # longer than from key frame to key frame
 def zone_slices(height: int, width: int) -> list[tuple[slice, slice]]:
     """Rows and columns of each zone, in the order of ZONES."""
     rows, columns = (np.linspace(0, n, 4).round().astype(int) for n in (height, width))
-    return [(slice(rows[i], rows[i + 1]), slice(columns[j], columns[j + 1])) for i in range(3) for j in range(3)]
+    return [
+        (slice(rows[i], rows[i + 1]), slice(columns[j], columns[j + 1]))
+        for i in range(3)
+        for j in range(3)
+    ]
 
 
 def zone_names(zones: Iterable[int], known: Iterable[int] = range(9)) -> list[Sentence]:
@@ -79,14 +96,21 @@ def field_mask(field: NDArray | None, height: int, width: int) -> NDArray[np.boo
     field = np.asarray(field)
     if field.dtype == np.bool_ and field.shape == (height, width):
         return field
-    if field.ndim == 2 and field.shape[1] == 2 and len(field) >= 3 and field.dtype != np.bool_ \
-            and (np.abs(field) < 1e6).all():  # NaN is not below it
+    if (
+        field.ndim == 2
+        and field.shape[1] == 2
+        and len(field) >= 3
+        and field.dtype != np.bool_
+        and (np.abs(field) < 1e6).all()
+    ):  # NaN is not below it
         mask = np.zeros((height, width), np.uint8)
         cv2.fillPoly(mask, [np.rint(field).astype(np.int32)], 1)
         return mask > 0
-    raise BadInput("The outline of the field does not match the image.",
-                   "Use a mask of the image size, or a polygon of at least three corners in pixels.",
-                   reason="bad-outline")
+    raise BadInput(
+        "The outline of the field does not match the image.",
+        "Use a mask of the image size, or a polygon of at least three corners in pixels.",
+        reason="bad-outline",
+    )
 
 
 class Still(TypedDict):
@@ -123,13 +147,19 @@ class Stillness:
             return Still(all_s=float(still_s.min()), most_s=None, share=0.0, had_noise=False)
         if np.quantile(counted, LARGE) < LIVELY_S:
             self._lively_s += min(passed_s, LIVELY_S)
-        return Still(all_s=float(still_s.min()), most_s=float(np.quantile(counted, 1 - LARGE)),
-                     share=float(np.mean(counted >= LONG_S)), had_noise=self._lively_s >= ENOUGH_S)
+        return Still(
+            all_s=float(still_s.min()),
+            most_s=float(np.quantile(counted, 1 - LARGE)),
+            share=float(np.mean(counted >= LONG_S)),
+            had_noise=self._lively_s >= ENOUGH_S,
+        )
 
 
 def _changed(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> NDArray[np.bool_]:
     """Return which cells (ROWS, COLUMNS) differ in any pixel."""
     differs = (one != other).reshape(*one.shape[:2], -1).any(axis=2)
-    rows, columns = (np.arange(count) * length // count for count, length in zip((ROWS, COLUMNS), differs.shape,
-                                                                                 strict=True))
+    rows, columns = (
+        np.arange(count) * length // count
+        for count, length in zip((ROWS, COLUMNS), differs.shape, strict=True)
+    )
     return np.logical_or.reduceat(np.logical_or.reduceat(differs, rows, axis=0), columns, axis=1)

@@ -34,7 +34,9 @@ from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.workflows.calibration_request import CalibrationRequest
 
 EXACT_MM = 1e-6  # less is rounding
-NO_OPTIONS = dict.fromkeys(("n_rectangles_x", "n_rectangles_y", "w_max_rectangle_px", "h_max_rectangle_px"))
+NO_OPTIONS = dict.fromkeys(
+    ("n_rectangles_x", "n_rectangles_y", "w_max_rectangle_px", "h_max_rectangle_px")
+)
 MAX_TABLE_POINTS = 3000  # of another program's table, which is fitted at once: some seconds
 GRID = 41  # places each way by which a region is told from what a camera sees
 
@@ -62,8 +64,13 @@ class ImportOptions:
     model: str | None = None  # to fit to a table of points
 
 
-def export(calibration: Calibration, format: str, approximate: bool = False,
-           camera_id: int | None = None, progress: Progress = no_progress) -> ExportedFile:
+def export(
+    calibration: Calibration,
+    format: str,
+    approximate: bool = False,
+    camera_id: int | None = None,
+    progress: Progress = no_progress,
+) -> ExportedFile:
     """Write the calibration as a file of that format; Conflict where that takes `approximate`."""
     kind = FORMATS[format]
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.suffix}"
@@ -73,8 +80,12 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
     data = kind.write(calibration, camera)
     field = field_from_json(calibration.field)
     back = kind.read(data).camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})
-    loss = approximation_error(model_of(calibration), back,
-                               field.region(calibration.region, calibration.rotate), field.hat_height_mm)
+    loss = approximation_error(
+        model_of(calibration),
+        back,
+        field.region(calibration.region, calibration.rotate),
+        field.hat_height_mm,
+    )
     exact = camera.loss is None and loss.worst_at_any_height_mm < EXACT_MM
     return ExportedFile(data, name, kind.media_type, None if exact else loss)
 
@@ -87,54 +98,101 @@ def formats(calibration: Calibration) -> list[dict[str, Any]]:
 
 def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
     kind = FORMATS[name]
-    entry = stated({"format": name, "title": named(f"format.{name}", kind.title),
-                    "holds": named(f"format.{name}.holds", kind.holds), "suffix": kind.suffix,
-                    "reads": kind.read is not None, "exact": True, "loss": None, "problem": None})
+    entry = stated(
+        {
+            "format": name,
+            "title": named(f"format.{name}", kind.title),
+            "holds": named(f"format.{name}.holds", kind.holds),
+            "suffix": kind.suffix,
+            "reads": kind.read is not None,
+            "exact": True,
+            "loss": None,
+            "problem": None,
+        }
+    )
     if not kind.lenses:
         return entry
     exact = exact_camera(model, kind.lenses, kind.square_pixels) is not None
     try:
         loss = export(calibration, name, approximate=True).loss
     except TouchlineError as refused:
-        return {**entry, "exact": exact, "problem": stated({"what": refused.what, "fix": refused.fix})}
+        return {
+            **entry,
+            "exact": exact,
+            "problem": stated({"what": refused.what, "fix": refused.fix}),
+        }
     return {**entry, "exact": exact, "loss": None if loss is None else loss.to_json()}
 
 
-def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Calibration | CameraFile | Observations:
+def read_file(
+    data: bytes, name: str = "", camera_id: int | None = None
+) -> Calibration | CameraFile | Observations:
     """Read a file. The reader is chosen by content, and by name where several recognise the content."""
-    readers = {n: (kind.suffix, kind.recognises, kind.read) for n, kind in FORMATS.items()
-               if kind.recognises is not None and kind.read is not None}
+    readers = {
+        n: (kind.suffix, kind.recognises, kind.read)
+        for n, kind in FORMATS.items()
+        if kind.recognises is not None and kind.read is not None
+    }
     found = [n for n, (_, recognises, _) in readers.items() if recognises(data)]
-    named = [n for n, (suffix, _, _) in readers.items() if name.lower().endswith(suffix) and (not found or n in found)]
+    named = [
+        n
+        for n, (suffix, _, _) in readers.items()
+        if name.lower().endswith(suffix) and (not found or n in found)
+    ]
     chosen = max(named, key=lambda n: len(readers[n][0]), default=found[0] if found else None)
     if chosen is None:
         if data[:4] == b"PK\x03\x04":
-            raise BadInput(say("import.remap-table", "A remap table contains no model and cannot be imported."),
-                           say("import.as-json", "Import the calibration as json."), reason="unknown-file")
-        raise BadInput(say("import.unknown-format", "The file format is not supported."), use_one_of(readers),
-                       reason="unknown-file")
+            raise BadInput(
+                say(
+                    "import.remap-table", "A remap table contains no model and cannot be imported."
+                ),
+                say("import.as-json", "Import the calibration as json."),
+                reason="unknown-file",
+            )
+        raise BadInput(
+            say("import.unknown-format", "The file format is not supported."),
+            use_one_of(readers),
+            reason="unknown-file",
+        )
     read = readers[chosen][2]
     return read(data, camera_id) if chosen == "ssl-vision" else read(data)
 
 
-def calibration_from_file(found: CameraFile | Observations, options: ImportOptions,
-                          fields: Mapping[str, Field]) -> Calibration:
+def calibration_from_file(
+    found: CameraFile | Observations, options: ImportOptions, fields: Mapping[str, Field]
+) -> Calibration:
     """Make a calibration of another program's file; points are fitted. The store gives its id and date."""
     if isinstance(found, CameraFile):
         return _of_camera(found, options, fields)
     if options.field is None or options.region is None or options.image_size is None:
-        raise BadInput(say("import.table-without-field", "The table contains points, but not their field, covered "
-                           "area and image size."),
-                       say("import.enter-field", "Enter field, region and image_size (as WIDTHxHEIGHT)."),
-                       reason="no-field")
+        raise BadInput(
+            say(
+                "import.table-without-field",
+                "The table contains points, but not their field, covered area and image size.",
+            ),
+            say("import.enter-field", "Enter field, region and image_size (as WIDTHxHEIGHT)."),
+            reason="no-field",
+        )
     if sum(len(observation.points) for observation in found) > MAX_TABLE_POINTS:
-        raise BadInput(say("import.too-many-points", "The table has more than {most} points.", most=MAX_TABLE_POINTS),
-                       say("import.fewer-points", "Use a few hundred. More points do not improve the fit."),
-                       reason="too-many-points")
+        raise BadInput(
+            say(
+                "import.too-many-points",
+                "The table has more than {most} points.",
+                most=MAX_TABLE_POINTS,
+            ),
+            say("import.fewer-points", "Use a few hundred. More points do not improve the fit."),
+            reason="too-many-points",
+        )
     field = _known(fields, options.field)
-    request = CalibrationRequest(found, field, field.region(options.region, options.rotate), options.image_size,
-                                 options.model or "polynomial", camera=options.camera,
-                                 note="Fitted to imported points.")
+    request = CalibrationRequest(
+        found,
+        field,
+        field.region(options.region, options.rotate),
+        options.image_size,
+        options.model or "polynomial",
+        camera=options.camera,
+        note="Fitted to imported points.",
+    )
     request.check_names((request.model,))
     return request.record(request.run())
 
@@ -149,14 +207,27 @@ def lens_record_from_file(found: CameraFile, options: ImportOptions) -> dict[str
     lens = found.at_size(options.image_size)
     known = lens.lens()
     note = " ".join([f"Imported from {FORMATS[found.format].title}.", *lens.notes])
-    return {"camera": options.camera or found.metadata.camera, "note": note, "model": known.model,
-            "lens": known.to_json(), "board": None, "image_size": list(known.image_size), "snapshots": None,
-            "software": f"touchline {__version__}",
-            "report": {"rms_px": None, "views": [], "warnings": [], "verdict": {
-                "level": "unknown", "sentence": IMPORTED}}}
+    return {
+        "camera": options.camera or found.metadata.camera,
+        "note": note,
+        "model": known.model,
+        "lens": known.to_json(),
+        "board": None,
+        "image_size": list(known.image_size),
+        "snapshots": None,
+        "software": f"touchline {__version__}",
+        "report": {
+            "rms_px": None,
+            "views": [],
+            "warnings": [],
+            "verdict": {"level": "unknown", "sentence": IMPORTED},
+        },
+    }
 
 
-def _of_camera(given: CameraFile, options: ImportOptions, fields: Mapping[str, Field]) -> Calibration:
+def _of_camera(
+    given: CameraFile, options: ImportOptions, fields: Mapping[str, Field]
+) -> Calibration:
     found = given.at_size(options.image_size)
     field = _field(found, options, fields)
     region = _region(found, options, field)
@@ -164,15 +235,31 @@ def _of_camera(given: CameraFile, options: ImportOptions, fields: Mapping[str, F
     camera = found.camera(view)
     judged = report(Fit(camera, (), (), (_UNKNOWN,)), (), field, region, None)
     note = " ".join([f"Imported from {FORMATS[found.format].title}.", *found.notes])
-    return Calibration(id="imported", version=1, camera=options.camera or found.metadata.camera, field=field.to_json(),
-                       region=region.name, rotate=region.rotate_deg, model_name=camera.NAME,
-                       model_parameters=parameters_json(camera), image_size=camera.image_size,
-                       corrected_size=camera.corrected_size, observations=(), options={}, report=judged, created_at="",
-                       software=f"touchline {__version__}", note=note)
+    return Calibration(
+        id="imported",
+        version=1,
+        camera=options.camera or found.metadata.camera,
+        field=field.to_json(),
+        region=region.name,
+        rotate=region.rotate_deg,
+        model_name=camera.NAME,
+        model_parameters=parameters_json(camera),
+        image_size=camera.image_size,
+        corrected_size=camera.corrected_size,
+        observations=(),
+        options={},
+        report=judged,
+        created_at="",
+        software=f"touchline {__version__}",
+        note=note,
+    )
 
 
-_UNKNOWN = Warning("imported", say("import.error-unknown", "This calibration was imported. Its error is unknown."),
-                   say("import.compare", "Mark the field lines in an image from this camera, and compare."))
+_UNKNOWN = Warning(
+    "imported",
+    say("import.error-unknown", "This calibration was imported. Its error is unknown."),
+    say("import.compare", "Mark the field lines in an image from this camera, and compare."),
+)
 
 
 def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field]) -> Field:
@@ -181,24 +268,35 @@ def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field
     if found.field is not None:
         heard = field_from_wire(field_to_wire(found.field), fields.values())
         free = (name for n in count(2) if (name := f"{heard.name}-{n}") not in fields)
-        return heard if heard.name not in fields or fields[heard.name] is heard else replace(heard, name=next(free))
+        return (
+            heard
+            if heard.name not in fields or fields[heard.name] is heard
+            else replace(heard, name=next(free))
+        )
     if found.metadata.field is None:
-        raise BadInput(say("import.no-field", "The file does not state the field of the camera."),
-                       say("import.enter-field-name", "Enter it: field."), reason="no-field")
+        raise BadInput(
+            say("import.no-field", "The file does not state the field of the camera."),
+            say("import.enter-field-name", "Enter it: field."),
+            reason="no-field",
+        )
     return _known(fields, found.metadata.field)
 
 
 def _known(fields: Mapping[str, Field], name: str) -> Field:
     if name not in fields:
-        raise NotFound(say("import.unknown-field", "There is no field called {name!r} here.", name=name),
-                       say("import.save-field", "Save the field here first, or enter another: field."),
-                       reason="unknown-field")
+        raise NotFound(
+            say("import.unknown-field", "There is no field called {name!r} here.", name=name),
+            say("import.save-field", "Save the field here first, or enter another: field."),
+            reason="unknown-field",
+        )
     return fields[name]
 
 
 def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
     """Return the region stated here or in the file; else the one nearest to what the camera sees, upright."""
-    name = options.region or (found.metadata.region if found.metadata.region in field.regions else None)
+    name = options.region or (
+        found.metadata.region if found.metadata.region in field.regions else None
+    )
     rotate = options.rotate if options.rotate is not None else found.metadata.rotate
     if name is not None:
         return field.region(name, rotate)
@@ -210,8 +308,10 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
     seen = inside_picture(pixels, camera.image_size)
 
     def share(region: Region) -> float:
-        inside = ((places >= np.array([region.x_mm[0], region.y_mm[0]]))
-                  & (places <= np.array([region.x_mm[1], region.y_mm[1]]))).all(axis=1)
+        inside = (
+            (places >= np.array([region.x_mm[0], region.y_mm[0]]))
+            & (places <= np.array([region.x_mm[1], region.y_mm[1]]))
+        ).all(axis=1)
         return float((inside & seen).sum() / max(1, (inside | seen).sum()))
 
     best = max(field.regions.values(), key=share)
@@ -219,15 +319,21 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
         right = camera.camera_from_field[0, :2]
         # they run to the picture's right
         tops = {turn: best.rotated(turn).border("top") for turn in QUARTER_TURNS}
-        rotate = max(QUARTER_TURNS, key=lambda turn: float(np.subtract(tops[turn].end, tops[turn].start) @ right))
+        rotate = max(
+            QUARTER_TURNS,
+            key=lambda turn: float(np.subtract(tops[turn].end, tops[turn].start) @ right),
+        )
     return best.rotated(rotate)
 
 
 def _view(found: CameraFile, region: Region) -> dict[str, Any]:
     size = found.image_size
     if size is None:
-        raise BadInput(say("import.no-image-size", "The file does not state the image size."),
-                       say("import.enter-image-size", "Enter it: image_size."), reason="no-image-size")
+        raise BadInput(
+            say("import.no-image-size", "The file does not state the image size."),
+            say("import.enter-image-size", "Enter it: image_size."),
+            reason="no-image-size",
+        )
     drawn = found.metadata.rectangle or corrected_rectangle(NO_OPTIONS, region, size)
     return dict(zip(RECTANGLE_FIELDS, (*drawn, region, size), strict=True))
 
@@ -236,6 +342,9 @@ def size_from_text(text: str) -> ImageSize:
     """1280x1024; BadInput for anything else."""
     found = re.fullmatch(r"\s*([0-9]{1,5})\s*[x×X]\s*([0-9]{1,5})\s*", text)
     if found is None:
-        raise BadInput(say("import.bad-image-size", "{text!r} is not an image size.", text=text[:40]),
-                       say("import.image-size-form", "Write it as 1280x1024."), reason="bad-image-size")
+        raise BadInput(
+            say("import.bad-image-size", "{text!r} is not an image size.", text=text[:40]),
+            say("import.image-size-form", "Write it as 1280x1024."),
+            reason="bad-image-size",
+        )
     return ImageSize.of((int(found[1]), int(found[2])))

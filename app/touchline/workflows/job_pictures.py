@@ -39,11 +39,27 @@ def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:
         return first
     background = Background(first.pixels.shape, count)
     for number, (_, load) in enumerate(pictures):
-        progress(number / count, say(
-            "progress.reading", "Reading image {number} of {count}", number=number + 1, count=count))
+        progress(
+            number / count,
+            say(
+                "progress.reading",
+                "Reading image {number} of {count}",
+                number=number + 1,
+                count=count,
+            ),
+        )
         frame = first if number == 0 else load()
         if frame.size != first.size:
-            raise Conflict(say("image.differs-from-first", "Image {image} is {size}, the first image is {size2}.",
-                               image=number + 1, size=frame.size, size2=first.size), ONE_CAMERA, reason="size-mismatch")
+            raise Conflict(
+                say(
+                    "image.differs-from-first",
+                    "Image {image} is {size}, the first image is {size2}.",
+                    image=number + 1,
+                    size=frame.size,
+                    size2=first.size,
+                ),
+                ONE_CAMERA,
+                reason="size-mismatch",
+            )
         background.add(frame.pixels)
     return replace(first, pixels=np.ascontiguousarray(background.picture))

@@ -48,14 +48,22 @@ def is_removed(name: str) -> bool:
 def refuse_removed(name: str) -> None:
     """FitFailed for a model that is fitted no more."""
     if is_removed(name):
-        raise FitFailed(say("models.removed", "{model} is no longer fitted.", model=MODELS[name].TITLE),
-                        say("models.removed.fix", "Use another model, or the automatic choice."),
-                        reason="model-removed")
+        raise FitFailed(
+            say("models.removed", "{model} is no longer fitted.", model=MODELS[name].TITLE),
+            say("models.removed.fix", "Use another model, or the automatic choice."),
+            reason="model-removed",
+        )
 
 
-def compare(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            models: tuple[str, ...] | None = None, options: Mapping[str, Any] | None = None,
-            progress: Progress = no_progress) -> Ranked:
+def compare(
+    observations: Observations,
+    field: Field,
+    region: Region,
+    image_size: ImageSize,
+    models: tuple[str, ...] | None = None,
+    options: Mapping[str, Any] | None = None,
+    progress: Progress = no_progress,
+) -> Ranked:
     """Fit several models (all, if none are named) to the same observations and rank them.
 
     options: those that a model does not know are not given to it. A model that cannot be fitted is listed under
@@ -70,22 +78,40 @@ def compare(observations: Observations, field: Field, region: Region, image_size
         part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}:")
         try:
             refuse_removed(name)
-            made = calibrate(observations, field, region, image_size, name, known_options(name, options), part,
-                             freer=freer)
+            made = calibrate(
+                observations,
+                field,
+                region,
+                image_size,
+                name,
+                known_options(name, options),
+                part,
+                freer=freer,
+            )
         except FitFailed as refusal:
             failed.append({**refusal.to_json(), "model": name, "title": title})
             continue
         fitted.append(FittedModel(name, title, made.fit, made.report, parameter_count(made.fit)))
     if not fitted:
-        raise FitFailed(say("models.none-fits", "No model could be fitted to these points."), failed[0]["fix"],
-                        reason=failed[0]["reason"])
-    return Ranked({**compare_models(fitted, region), "failed": failed},
-                  {one.name: CalibrationResult(one.fit, one.report) for one in fitted})
+        raise FitFailed(
+            say("models.none-fits", "No model could be fitted to these points."),
+            failed[0]["fix"],
+            reason=failed[0]["reason"],
+        )
+    return Ranked(
+        {**compare_models(fitted, region), "failed": failed},
+        {one.name: CalibrationResult(one.fit, one.report) for one in fitted},
+    )
 
 
-def calibrate_recommended(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-                          options: Mapping[str, Any] | None = None,
-                          progress: Progress = no_progress) -> CalibrationResult:
+def calibrate_recommended(
+    observations: Observations,
+    field: Field,
+    region: Region,
+    image_size: ImageSize,
+    options: Mapping[str, Any] | None = None,
+    progress: Progress = no_progress,
+) -> CalibrationResult:
     """Calibrate with the model that the comparison of all recommends; why stands in the report's "model_choice".
 
     Where nothing can be recommended, with the first of the ladder's lenses that was fitted, else with any model.
@@ -94,14 +120,23 @@ def calibrate_recommended(observations: Observations, field: Field, region: Regi
     found = ranked.ranking
     wanted = (found["recommended"] or "", *chain(*LADDER), *ranked.calibrations)
     made = next(ranked.calibrations[name] for name in wanted if name in ranked.calibrations)
-    choice = ModelChoice(recommended=found["recommended"], reason=found["reason"], ranking=found["ranking"])
+    choice = ModelChoice(
+        recommended=found["recommended"], reason=found["reason"], ranking=found["ranking"]
+    )
     report: SavedReport = {**made.report, "model_choice": choice}
     return replace(made, report=report)
 
 
-def calibrate_most_probable(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-                            options: Mapping[str, Any] | None = None, progress: Progress = no_progress, *,
-                            cross_validate: bool = True) -> CalibrationResult:
+def calibrate_most_probable(
+    observations: Observations,
+    field: Field,
+    region: Region,
+    image_size: ImageSize,
+    options: Mapping[str, Any] | None = None,
+    progress: Progress = no_progress,
+    *,
+    cross_validate: bool = True,
+) -> CalibrationResult:
     """Calibrate with the lens that most likely is recommended in the end, at once: while points are moved.
 
     Where no lens can be fitted, the first of the ladder says what is missing.
@@ -109,5 +144,14 @@ def calibrate_most_probable(observations: Observations, field: Field, region: Re
     lens = freer_lens(observations, field, region, image_size, options)
     name = LADDER[0][0] if lens is None else lens.model.NAME
     mine = known_options(name, options)
-    return calibrate(observations, field, region, image_size, name, mine, progress, cross_validate=cross_validate,
-                     fitted=None if {*mine} & {*OWN} else lens)
+    return calibrate(
+        observations,
+        field,
+        region,
+        image_size,
+        name,
+        mine,
+        progress,
+        cross_validate=cross_validate,
+        fitted=None if {*mine} & {*OWN} else lens,
+    )

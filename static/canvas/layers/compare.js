@@ -83,17 +83,24 @@ export function Corrected({ raw }) {
     it.corrected_size.map((side) => side + 2 * MARGIN_PX)
   );
   return html`<div class="half" style=${correctedClip.value} data-testid="corrected-half">
-    ${isOurs.value && mesh.value && 
+    ${
+      isOurs.value &&
+      mesh.value &&
       html`<${WarpedPicture} picture=${raw} mesh=${mesh.value} ...${paneSize.value} ...${at}
-        from=${visiblePicture.value === "wipe" ? compare.value.at : 0} />`}
-    ${!correctsHere.value && saved && html`<img
+        from=${visiblePicture.value === "wipe" ? compare.value.at : 0} />`
+    }
+    ${
+      !correctsHere.value &&
+      saved &&
+      html`<img
       class="picture"
       data-testid="corrected"
       alt=${t("canvas.corrected-picture")}
       draggable=${false}
       src=${correctedAddress(saved.id, "jpg")}
       style=${`transform:translate(${at.x}px,${at.y}px) scale(${at.k})`}
-    />`}
+    />`
+    }
     <${Heat} frame="corrected" size=${size} margin=${MARGIN_PX} ...${at} />
     <${ResidualArrows} frame="corrected" ...${at} />
     <${OnCorrected} />
@@ -108,8 +115,11 @@ export function OnRaw() {
     size = it.image_size;
   return html`<svg class="overlay" aria-hidden="true">
     <${Grid} on="raw" size=${size} x=${tx} y=${ty} k=${k} />
-    ${withLines.value && lines.value && 
-      html`<${FieldLines} name="on-raw" size=${size} features=${lines.value.raw} transform=${placed(tx, ty, k)} />`}
+    ${
+      withLines.value &&
+      lines.value &&
+      html`<${FieldLines} name="on-raw" size=${size} features=${lines.value.raw} transform=${placed(tx, ty, k)} />`
+    }
     <${Counterpart} on="image" x=${tx} y=${ty} k=${k} margin=${0} />
   </svg>`;
 }
@@ -124,12 +134,16 @@ export function OnCorrected() {
   );
   return html`<svg class="overlay" aria-hidden="true">
     <${Grid} on="corrected" size=${size} ...${at} />
-    ${withLines.value && lines.value && html`<${FieldLines}
+    ${
+      withLines.value &&
+      lines.value &&
+      html`<${FieldLines}
       name="on-corrected"
       features=${lines.value.corrected}
       size=${size}
       transform=${placed(at.x, at.y, at.k)}
-    />`}
+    />`
+    }
     <${Counterpart} on="corrected" ...${at} margin=${margin.value} />
   </svg>`;
 }

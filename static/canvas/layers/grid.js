@@ -21,7 +21,9 @@ export function Grid({ on, size: [width, height], x, y, k }) {
       <rect x="-.5" y="-.5" width=${width} height=${height} />
     </clipPath>
     ${it[on].map((line) => html`<path key=${line.feature} class="casing" d=${path(line.points)} />`)}
-    ${it[on].map((line) => 
-      html`<path key=${line.feature} class=${line.kind} data-line=${line.feature} d=${path(line.points)} />`)}
+    ${it[on].map(
+      (line) =>
+        html`<path key=${line.feature} class=${line.kind} data-line=${line.feature} d=${path(line.points)} />`,
+    )}
   </g>`;
 }

@@ -48,7 +48,10 @@ export function Heat({ frame, size: [width, height], margin = 0, x, y, k }) {
       style=${`transform:translate(${x}px,${y}px) scale(${k / density})`}
       aria-hidden="true"
     />
-    ${sx && sy && html`<svg class="overlay worst" data-testid=${`worst-${frame}`} aria-hidden="true">
+    ${
+      sx &&
+      sy &&
+      html`<svg class="overlay worst" data-testid=${`worst-${frame}`} aria-hidden="true">
       <g transform=${`translate(${sx} ${sy})`}>
         <circle r="8" />
         <circle r="1.5" />
@@ -60,7 +63,8 @@ export function Heat({ frame, size: [width, height], margin = 0, x, y, k }) {
           ${t("canvas.heat.worst", { error: mm(map.worst_mm) })}
         </text>
       </g>
-    </svg>`}
+    </svg>`
+    }
   `;
 }
 
@@ -80,7 +84,9 @@ function draw(canvas, { values }, at, density, margin) {
   const corner = (r, c) => {
     const p = at[r * columns + c],
       v = values[r][c];
-    return p && v !== null ? [(p[0] + margin) * density, (p[1] + margin) * density, v / TOP_MM] : null;
+    return p && v !== null
+      ? [(p[0] + margin) * density, (p[1] + margin) * density, v / TOP_MM]
+      : null;
   };
   for (let r = 0; r + 1 < values.length; r++)
     for (let c = 0; c + 1 < columns; c++) {
@@ -129,7 +135,8 @@ function triangle(image, [ax, ay, av], [bx, by, bv], [cx, cy, cv]) {
     edge = -1e-9; // neighbours share their edge: no seam
   const pixels = new Uint32Array(image.data.buffer),
     from = (/** @type {number[]} */ v) => Math.max(0, Math.ceil(Math.min(...v))),
-    to = (/** @type {number[]} */ v, /** @type {number} */ last) => Math.min(last, Math.floor(Math.max(...v)));
+    to = (/** @type {number[]} */ v, /** @type {number} */ last) =>
+      Math.min(last, Math.floor(Math.max(...v)));
   for (let y = from([ay, by, cy]); y <= to([ay, by, cy], image.height - 1); y++)
     for (let x = from([ax, bx, cx]); x <= to([ax, bx, cx], image.width - 1); x++) {
       const b = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area,
@@ -146,7 +153,9 @@ function shade(share) {
     low = Math.min(Math.floor(at), STOPS.length - 2);
   return [
     ...[1, 3, 5].map((i) => {
-      const [one, next] = [STOPS[low], STOPS[low + 1]].map((stop) => Number.parseInt(stop.slice(i, i + 2), 16));
+      const [one, next] = [STOPS[low], STOPS[low + 1]].map((stop) =>
+        Number.parseInt(stop.slice(i, i + 2), 16),
+      );
       return one + (at - low) * (next - one);
     }),
     255,

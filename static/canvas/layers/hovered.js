@@ -7,7 +7,9 @@ export function Hovered() {
   const picks = hovered.value;
   if (!picks.length) return null;
   void view.value;
-  const bars = groups.value.flatMap((g) => g.bars).filter((bar) => picks.some((p) => isSame(p, bar)));
+  const bars = groups.value
+    .flatMap((g) => g.bars)
+    .filter((bar) => picks.some((p) => isSame(p, bar)));
   return html`<svg class="overlay hovered" data-testid="hovered" aria-hidden="true">
     ${bars.map(({ feature, index, point }) => {
       const [x, y] = toStage(...point);

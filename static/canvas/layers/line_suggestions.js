@@ -31,13 +31,15 @@ export function LineSuggestions() {
       <clipPath id="ghost-in">
         <rect x="-.5" y="-.5" width=${size.width} height=${size.height} />
       </clipPath>
-      ${drawn.map(({ feature, d }) => html`<path
+      ${drawn.map(
+        ({ feature, d }) => html`<path
         key=${feature}
         data-ghost=${feature}
         d=${d}
         style=${`--colour:${colour(feature)}`}
         class=${feature === over ? "over" : feature === active.value ? "active" : ""}
-      />`)}
+      />`,
+      )}
     </g>
     <${Proposals} />
     <${Over} />
@@ -46,7 +48,8 @@ export function LineSuggestions() {
 
 function Proposals() {
   void view.value;
-  return offered.value.map(({ feature, points }) => html`<g
+  return offered.value.map(
+    ({ feature, points }) => html`<g
     key=${feature}
     class="proposals"
     style=${`--colour:${colour(feature)}`}
@@ -60,7 +63,8 @@ function Proposals() {
         d="M0 -6.5L6.5 0L0 6.5L-6.5 0Z"
       />`;
     })}
-  </g>`);
+  </g>`,
+  );
 }
 
 /** Which line a click would go to. */

@@ -28,7 +28,9 @@ small.addEventListener("change", () => {
 });
 
 /** The picture whose pixels are shown: the stage's. */
-export const loupePicture = /** @type {import("preact").RefObject<HTMLImageElement>} */ (createRef());
+export const loupePicture = /** @type {import("preact").RefObject<HTMLImageElement>} */ (
+  createRef()
+);
 
 /** What the loupe looks at: the point that is held or selected, else the pointer. */
 const target = computed(() => {
@@ -65,12 +67,14 @@ export function DockedLoupe() {
   const at = target.value;
   if (!editing.value || isSmall.value) return null;
   return html`<div class="loupe-dock">
-    ${at && !at.touch
-      ? html`
+    ${
+      at && !at.touch
+        ? html`
         <${Glass} picture=${loupePicture} at=${at} k=${view.value.k} ...${marks(at)} />
         ${at.name && html`<span>${at.name}</span>`}
       `
-      : html`<p>${t("canvas.loupe.empty")}</p>`}
+        : html`<p>${t("canvas.loupe.empty")}</p>`
+    }
   </div>`;
 }
 
@@ -93,7 +97,10 @@ function place(at) {
   if (!at.touch) return { left: isRight && sy < 2 * SIZE_PX ? 8 : width - SIZE_PX - 8, top: 8 };
   const above = sy - FINGER_PX - SIZE_PX / 2;
   if (above >= 0) return { left: within(sx - SIZE_PX / 2), top: above };
-  return { left: within(isRight ? sx - BESIDE_FINGER_PX - SIZE_PX : sx + BESIDE_FINGER_PX), top: 8 };
+  return {
+    left: within(isRight ? sx - BESIDE_FINGER_PX - SIZE_PX : sx + BESIDE_FINGER_PX),
+    top: 8,
+  };
 }
 
 /**

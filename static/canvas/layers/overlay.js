@@ -3,7 +3,17 @@ import { computed } from "@preact/signals";
 import { BORDERS, doc } from "../../core/document.js";
 import { lineTitle, mm } from "../../core/format.js";
 import { html } from "../../core/html.js";
-import { active, box, editing, pointer, selectedPoints, showLines, snapshot, step, tool } from "../../core/state.js";
+import {
+  active,
+  box,
+  editing,
+  pointer,
+  selectedPoints,
+  showLines,
+  snapshot,
+  step,
+  tool,
+} from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { colour, path, placed } from "../drawing.js";
 import { LineSuggestions } from "./line_suggestions.js";
@@ -25,20 +35,27 @@ const BEYOND_PX = 6; // a curve is bold from its first to its last point, and a 
 export function Overlay() {
   const picture = snapshot.value;
   return html`<svg class="overlay" aria-hidden="true">
-    ${(showLines.value || step.value === "field") && picture && html`<${FieldLines}
+    ${
+      (showLines.value || step.value === "field") &&
+      picture &&
+      html`<${FieldLines}
       name="on-raw"
       size=${[picture.width, picture.height]}
       features=${preview.value?.overlay ?? []}
       transform=${placed(view.value.tx, view.value.ty, view.value.k)}
-    />`}
+    />`
+    }
     ${editing.value && html`<${LineSuggestions} />`}
     <${Curves} />
-    ${editing.value && html`
+    ${
+      editing.value &&
+      html`
       <${NextClick} />
       <${Points} />
       <${NearPointer} />
       <${Box} />
-    `}
+    `
+    }
   </svg>`;
 }
 
@@ -112,8 +129,8 @@ function Points() {
   return html`<g>
     ${doc.value.observations.map(
       ({ feature, kind, points }) =>
-        typeof feature === "string" && 
-          html`<${FeaturePoints} key=${feature} feature=${feature} kind=${kind} points=${points} />`,
+        typeof feature === "string" &&
+        html`<${FeaturePoints} key=${feature} feature=${feature} kind=${kind} points=${points} />`,
     )}
   </g>`;
 }
@@ -121,7 +138,9 @@ function Points() {
 /** @param {{ feature: string, kind: string, points: Point[] }} props */
 function FeaturePoints({ feature, kind, points }) {
   const curve = curves.value[/** @type {import("../../core/types").Border} */ (feature)];
-  const strays = new Set(isCurve(curve) && curve.points.length === points.length ? curve.outliers : []);
+  const strays = new Set(
+    isCurve(curve) && curve.points.length === points.length ? curve.outliers : [],
+  );
   const isDense = areDense(points),
     isNamed = feature === active.value || BORDERS.includes(/** @type {any} */ (feature)),
     label = isNamed ? labelPlace(points, lineTitle(feature).length * NAME_PX) : null;
@@ -137,26 +156,37 @@ function FeaturePoints({ feature, kind, points }) {
         data-point=${`${feature}:${index}`}
       >
         ${isPicked && html`<circle class="ring" r="9.5" />`}
-        ${kind === "landmark"
-          ? html`<path class="mark" d="M0 -7L7 0L0 7L-7 0Z" />`
-          : html`<circle class="mark" r=${isDense && !isPicked ? TICK_PX : MARK_PX} />`}
-        ${isStray && html`
+        ${
+          kind === "landmark"
+            ? html`<path class="mark" d="M0 -7L7 0L0 7L-7 0Z" />`
+            : html`<circle class="mark" r=${isDense && !isPicked ? TICK_PX : MARK_PX} />`
+        }
+        ${
+          isStray &&
+          html`
           <path class="cross" d="M-5 -5L5 5M-5 5L5 -5" />
           <text x="12" y="4">
             ${t("canvas.overlay.stray")}
           </text>
-        `}
+        `
+        }
       </g>`;
     })}
-    ${label && html`<text class="name" x=${label.x} y=${label.y} text-anchor=${label.anchor}>
+    ${
+      label &&
+      html`<text class="name" x=${label.x} y=${label.y} text-anchor=${label.anchor}>
       ${lineTitle(feature)}
-    </text>`}
+    </text>`
+    }
   </g>`;
 }
 
 /** Whether marks would touch each other and hide their line. @param {Point[]} points */
 const areDense = (points) =>
-  points.reduce((sum, [x, y], i) => (i ? sum + Math.hypot(x - points[i - 1][0], y - points[i - 1][1]) : 0), 0) *
+  points.reduce(
+    (sum, [x, y], i) => (i ? sum + Math.hypot(x - points[i - 1][0], y - points[i - 1][1]) : 0),
+    0,
+  ) *
     view.value.k <
   DENSE_PX * (points.length - 1);
 
@@ -199,7 +229,11 @@ function labelPlace(points, width) {
     [x1, y1] = toStage(...points[Math.min(points.length - 1, third + 1)]);
   const size = stageSize.value,
     isUpright = Math.abs(y1 - y0) > Math.abs(x1 - x0),
-    [bulgeX, bulgeY] = fromChord([x, y], toStage(...points[0]), toStage(...points[points.length - 1]));
+    [bulgeX, bulgeY] = fromChord(
+      [x, y],
+      toStage(...points[0]),
+      toStage(...points[points.length - 1]),
+    );
   const bulge = isUpright ? bulgeX : bulgeY,
     outer = isUpright ? x - size.width / 2 : y - size.height / 2;
   let side = Math.sign(Math.abs(bulge) > BENT_PX ? bulge : outer) || 1;

@@ -30,7 +30,8 @@ export function ResidualArrows({ frame, x, y, k }) {
     { width, height } = paneSize.value;
   const ratio = devicePixelRatio;
   useEffect(() => {
-    if (all && canvas.current) draw(canvas.current, ratio, all, (arrow) => shaft(arrow, x, y, k, times, most));
+    if (all && canvas.current)
+      draw(canvas.current, ratio, all, (arrow) => shaft(arrow, x, y, k, times, most));
   }, [all, times, most, x, y, k, width, height, ratio]);
   if (!all) return null;
   return html`<canvas

@@ -63,7 +63,8 @@ export function WarpedPicture({ picture, mesh, x, y, k, width, height, from }) {
     taken.current = { picture: picture.src, mesh, place };
     const wide = Math.max(1, Math.round(width * ratio)),
       high = Math.max(1, Math.round(height * ratio));
-    if (canvas.width !== wide || canvas.height !== high) Object.assign(canvas, { width: wide, height: high });
+    if (canvas.width !== wide || canvas.height !== high)
+      Object.assign(canvas, { width: wide, height: high });
     const draw = () =>
       it.draw({
         x: x * ratio,

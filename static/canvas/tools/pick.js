@@ -90,7 +90,8 @@ function up() {
   if (!done || !(done.moved || done.added)) return;
   endDrag(done.before);
   // Several that are moved together keep their places to each other.
-  if (snapping.value && !done.last.alt && done.picks.length === 1) void snapPoints(done.picks, done.last.touch);
+  if (snapping.value && !done.last.alt && done.picks.length === 1)
+    void snapPoints(done.picks, done.last.touch);
 }
 
 /** A second finger, or Escape: as if nothing had been pressed. */

@@ -65,7 +65,12 @@ export function listen(stage, ground = MAIN) {
       if (doing === "pick") ground.pick.cancel();
       doing = "pinch";
     } else if (fingers.size === 1) {
-      doing = e.button === MIDDLE || space || !ground.isPicking(p.x, p.y) ? "pan" : e.button === 0 ? "pick" : "";
+      doing =
+        e.button === MIDDLE || space || !ground.isPicking(p.x, p.y)
+          ? "pan"
+          : e.button === 0
+            ? "pick"
+            : "";
       if (doing === "pick") ground.pick.down(p);
     }
     note(e);
@@ -140,7 +145,9 @@ export function listen(stage, ground = MAIN) {
   }; // a long press is a press
   const isBar = (/** @type {KeyboardEvent} */ e) =>
     e.key === " " &&
-    !(/** @type {Element} */ (e.target).closest("button, input, select, textarea, a, [role=button]"));
+    !(
+      /** @type {Element} */ (e.target).closest("button, input, select, textarea, a, [role=button]")
+    );
   const barDown = (/** @type {KeyboardEvent} */ e) => {
     if (isBar(e)) {
       space = true;
@@ -175,8 +182,10 @@ export function listen(stage, ground = MAIN) {
     [window, "keyup", barUp],
     [window, "keydown", escape, { capture: true }],
   ];
-  for (const [target, type, listener, options] of all) target.addEventListener(type, listener, options);
+  for (const [target, type, listener, options] of all)
+    target.addEventListener(type, listener, options);
   return () => {
-    for (const [target, type, listener, options] of all) target.removeEventListener(type, listener, options);
+    for (const [target, type, listener, options] of all)
+      target.removeEventListener(type, listener, options);
   };
 }

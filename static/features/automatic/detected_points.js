@@ -18,7 +18,8 @@ function known() {
 
 /** @param {Observation} it */
 const fingerprint = ({ points }) =>
-  [0, 1].map((axis) => points.reduce((sum, p) => sum + p[axis], 0).toFixed(2)).join(" ") + ` of ${points.length}`;
+  [0, 1].map((axis) => points.reduce((sum, p) => sum + p[axis], 0).toFixed(2)).join(" ") +
+  ` of ${points.length}`;
 
 /** @param {string} picture @param {Observation[]} observations */
 export function rememberDetected(picture, observations) {

@@ -60,7 +60,12 @@ let asked = /** @type {{ picture: string, of: Doc, what: string } | null} */ (nu
  * @type {Set<string>} */
 const tried = new Set();
 const question = () =>
-  [snapshot.value?.id, doc.value.field ?? fields.value.length, region.value?.name, rotation.value].join(" ");
+  [
+    snapshot.value?.id,
+    doc.value.field ?? fields.value.length,
+    region.value?.name,
+    rotation.value,
+  ].join(" ");
 
 /** Look for the lines in the image; clicks that are there stay, what was detected before is replaced.
  * @returns {Promise<boolean>} whether points that are sure stand in the document now */
@@ -93,14 +98,23 @@ export async function findLines() {
       if (!isSure)
         proposals.value = {
           along: false,
-          items: fresh.map(({ feature, points: offered }) => ({ feature: String(feature), points: offered })),
+          items: fresh.map(({ feature, points: offered }) => ({
+            feature: String(feature),
+            points: offered,
+          })),
         };
       if (isSure && fresh.length) {
         rememberDetected(picture.id, fresh); // first: what follows the document asks for it
         change({ ...doc.value, ...place, observations: [...clicked, ...fresh] });
         points = fresh.reduce((sum, o) => sum + o.points.length, 0);
       } else if (choices.length === 1) change({ ...doc.value, ...place });
-      found.value = { of: doc.value, verdict, points, areas, choices: choices.length > 1 ? choices : [] };
+      found.value = {
+        of: doc.value,
+        verdict,
+        points,
+        areas,
+        choices: choices.length > 1 ? choices : [],
+      };
     },
   );
   return points > 0;
@@ -159,7 +173,10 @@ function onUnclickedLines(detected, clicked) {
  * @param {Partial<import("../../core/types").Doc>} values */
 export function changePlace(values) {
   if (!proposals.value.along) discardProposed();
-  const observations = withoutDetected(snapshot.value?.id, values.observations ?? doc.value.observations);
+  const observations = withoutDetected(
+    snapshot.value?.id,
+    values.observations ?? doc.value.observations,
+  );
   change({ ...doc.value, ...values, observations });
 }
 

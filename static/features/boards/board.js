@@ -41,7 +41,9 @@ export const lensForNextPicture = signal(/** @type {LensRecord | null} */ (null)
 
 /** Whether the report is of just these pictures. */
 const isOfThese = computed(
-  () => foundLens.value !== null && String(foundLens.value.snapshots) === String(ready.value.map((p) => p.id)),
+  () =>
+    foundLens.value !== null &&
+    String(foundLens.value.snapshots) === String(ready.value.map((p) => p.id)),
 );
 
 /** Where the operator stands, and the next thing to do. */
@@ -69,7 +71,10 @@ export const boardNextStep = computed(() => {
       : t("board.next-step.say-which");
   return {
     action: ready.value.length || list.uploading.value ? "find-lens" : "add-pictures",
-    label: ready.value.length || list.uploading.value ? t("board.find-lens") : t("board.action.add-pictures"),
+    label:
+      ready.value.length || list.uploading.value
+        ? t("board.find-lens")
+        : t("board.action.add-pictures"),
     missing: list.uploading.value ? missing : "",
     done: false,
     sentence: missing || t("board.next-step.pictures", { count: ready.value.length }),

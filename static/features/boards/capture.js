@@ -17,7 +17,9 @@ export const boardView = signal(/** @type {Look | null} */ (null));
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** Whether pictures are taken by themselves. */
 export const automatic = signal(true);
-export const captureCamera = computed(() => (route.value.view === "capture" ? namedCamera.value : null));
+export const captureCamera = computed(() =>
+  route.value.view === "capture" ? namedCamera.value : null,
+);
 /** The views that were taken before this camera. */
 export const views = computed(() =>
   pictures.value.filter((p) => p.quad && p.camera === captureCamera.value?.id),
@@ -48,7 +50,13 @@ export const captureNextStep = computed(() => {
 /** What the server is to look for. */
 function board() {
   const { kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = boardRequest.value;
-  return { kind, columns, rows, square_mm, ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}) };
+  return {
+    kind,
+    columns,
+    rows,
+    square_mm,
+    ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}),
+  };
 }
 
 /** Look for the board as long as the page is there, and again when the line breaks or another board is chosen. */

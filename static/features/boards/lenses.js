@@ -38,6 +38,7 @@ export const isSuited = (it, model) =>
 export function startLenses() {
   effect(() => {
     void versions.value;
-    if (step.value === "points" && lensOpen.value && online.value) untracked(() => void listLenses());
+    if (step.value === "points" && lensOpen.value && online.value)
+      untracked(() => void listLenses());
   });
 }

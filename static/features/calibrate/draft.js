@@ -30,7 +30,9 @@ let serverDraft = /** @type {Kept | null} */ (null);
 export const changedBy = signal(/** @type {{ name: string, etag: string } | null} */ (null));
 /** Whether what is shown is still just what they made of it. */
 export const isTheirs = () =>
-  changedBy.value !== null && draft.value.state === "saved" && serverDraft?.etag === changedBy.value.etag;
+  changedBy.value !== null &&
+  draft.value.state === "saved" &&
+  serverDraft?.etag === changedBy.value.etag;
 let timer = 0;
 /** Whose save is under way. */
 let saving = "";
@@ -98,7 +100,10 @@ const save = latestWins(async (/** @type {string} */ id) => {
   saving = id; // what is heard meanwhile may be this very save
   try {
     const now = await read(
-      await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": serverDraft.etag } }),
+      await request("PUT", `/drafts/${id}`, {
+        json: sending,
+        headers: { "If-Match": serverDraft.etag },
+      }),
     );
     if (snapshot.value?.id !== id) return;
     serverDraft = { ...now, doc: sending };
@@ -198,7 +203,8 @@ const fetchChange = latestWins(async (/** @type {Heard} */ { etag, by }) => {
   if (!id || !before || draft.value.state !== "saved") return;
   if (etag === bare(before.etag)) {
     // ours, or seen already before it was heard whose it is
-    if (name && changedBy.value?.etag === before.etag) changedBy.value = { name, etag: before.etag };
+    if (name && changedBy.value?.etag === before.etag)
+      changedBy.value = { name, etag: before.etag };
     return;
   }
   try {

@@ -24,8 +24,12 @@ export const isOnPicture = (x, y) => isOn(snapshot.value, x, y);
  */
 export function withAdded(before, feature, x, y) {
   const kind = kindOf(feature);
-  const points = kind === "landmark" ? [onPicture(x, y)] : [...pointsOf(before, feature), onPicture(x, y)];
-  return { next: withPoints(before, feature, points, kind), pick: { feature, index: points.length - 1 } };
+  const points =
+    kind === "landmark" ? [onPicture(x, y)] : [...pointsOf(before, feature), onPicture(x, y)];
+  return {
+    next: withPoints(before, feature, points, kind),
+    pick: { feature, index: points.length - 1 },
+  };
 }
 
 /**
@@ -37,7 +41,9 @@ export function withAdded(before, feature, x, y) {
  */
 export function withMoved(before, picks, dx, dy) {
   return picks.reduce((next, { feature, index }) => {
-    const points = pointsOf(next, feature).map((p, i) => (i === index ? onPicture(p[0] + dx, p[1] + dy) : p));
+    const points = pointsOf(next, feature).map((p, i) =>
+      i === index ? onPicture(p[0] + dx, p[1] + dy) : p,
+    );
     return withPoints(next, feature, points, kindOf(feature));
   }, before);
 }
@@ -67,7 +73,8 @@ export function remove(picks) {
   );
   const [first] = picks,
     left = first ? pointsOf(doc.value, first.feature).length : 0;
-  selection.value = first && left ? [{ feature: first.feature, index: Math.min(first.index, left - 1) }] : [];
+  selection.value =
+    first && left ? [{ feature: first.feature, index: Math.min(first.index, left - 1) }] : [];
 }
 
 /** All points in the order in which the eye meets them: border after border, along each one. @returns {Pick[]} */

@@ -31,7 +31,9 @@ export const refusal = signal(/** @type {Refusal | null} */ (null));
 export const stale = signal(false);
 
 /** Whether the picture is to be seen corrected as well, by the clicks as they are now. */
-export const wantsMesh = computed(() => editing.value && compare.value.editing !== "raw" && isOurs.value);
+export const wantsMesh = computed(
+  () => editing.value && compare.value.editing !== "raw" && isOurs.value,
+);
 
 /** Whether the present answer is to be asked for once more, with what is to be seen now. */
 const lacksMesh = computed(() => wantsMesh.value && preview.value !== null && !preview.value.mesh);
@@ -41,7 +43,8 @@ export const isCurve = (curve) => curve !== undefined && "curve" in curve;
 
 /** What is fitted: clicks on a line that somebody took off the field are kept, and left out.
  * @param {import("../../core/types").Doc} d */
-export const fittedPoints = (d) => (field.value ? onField(d.observations, field.value) : d.observations);
+export const fittedPoints = (d) =>
+  field.value ? onField(d.observations, field.value) : d.observations;
 
 /**
  * The sides of a fit that the server wants.
@@ -71,23 +74,27 @@ export const givenFit = () =>
 
 /** @param {Border} border */
 function borderAsker(border) {
-  return latestWins(async (/** @type {{ picture: string, body: Record<string, any> }} */ { picture, body }) => {
-    let answer;
-    try {
-      answer = { ...(await call("POST", "/fit/border", body)), points: body.points };
-    } catch (error) {
-      if (error instanceof ServerUnreachable) return forgetAsked(border);
-      answer = toRefusal(error);
-    }
-    // An answer about another picture, or about a point that has gone, would be drawn in the wrong place.
-    const current = pointsOf(doc.value, border);
-    if (snapshot.value?.id !== picture || current.length !== body.points.length) return;
-    show(
-      border,
-      isCurve(answer) && dragging.value ? (curveThrough(answer, current, run(border)) ?? answer) : answer,
-    );
-    if (dragging.value) await pause(PAUSE_MS); // it is drawn without the server: the fit may go first
-  });
+  return latestWins(
+    async (/** @type {{ picture: string, body: Record<string, any> }} */ { picture, body }) => {
+      let answer;
+      try {
+        answer = { ...(await call("POST", "/fit/border", body)), points: body.points };
+      } catch (error) {
+        if (error instanceof ServerUnreachable) return forgetAsked(border);
+        answer = toRefusal(error);
+      }
+      // An answer about another picture, or about a point that has gone, would be drawn in the wrong place.
+      const current = pointsOf(doc.value, border);
+      if (snapshot.value?.id !== picture || current.length !== body.points.length) return;
+      show(
+        border,
+        isCurve(answer) && dragging.value
+          ? (curveThrough(answer, current, run(border)) ?? answer)
+          : answer,
+      );
+      if (dragging.value) await pause(PAUSE_MS); // it is drawn without the server: the fit may go first
+    },
+  );
 }
 
 /** @param {Border} border @returns {0 | 1} */
@@ -106,7 +113,9 @@ function show(border, what) {
 function bend(border, points) {
   const shown = curves.value[border];
   const bent =
-    isCurve(shown) && shown.points.length === points.length ? curveThrough(shown, points, run(border)) : null;
+    isCurve(shown) && shown.points.length === points.length
+      ? curveThrough(shown, points, run(border))
+      : null;
   if (bent) show(border, bent);
 }
 
@@ -129,7 +138,12 @@ function askCurves(picture, document) {
     const points = pointsOf(document, border),
       it = asked.get(border);
     if (!it) continue;
-    const body = picture && { points, axis: AXIS[border], degree, image_size: [picture.width, picture.height] };
+    const body = picture && {
+      points,
+      axis: AXIS[border],
+      degree,
+      image_size: [picture.width, picture.height],
+    };
     const question = JSON.stringify([picture?.id, body]);
     if (question === it.last) continue;
     it.last = question;

@@ -32,7 +32,9 @@ export const calibrate = {
       startHovering,
       startPresence,
     ],
-    views: { calibrate: { addresses: ["calibrate/:picture/:step"], label: t("shell.view.camera-images") } },
+    views: {
+      calibrate: { addresses: ["calibrate/:picture/:step"], label: t("shell.view.camera-images") },
+    },
     jobs: {
       calibration: t("jobs.kind.calibration"),
       preview: t("jobs.kind.preview"),

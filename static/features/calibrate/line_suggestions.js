@@ -4,7 +4,16 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
 import { lineName } from "../../core/format.js";
-import { active, editing, kindOf, notifyError, pointer, selection, snapshot, tool } from "../../core/state.js";
+import {
+  active,
+  editing,
+  kindOf,
+  notifyError,
+  pointer,
+  selection,
+  snapshot,
+  tool,
+} from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { view } from "../../canvas/viewport.js";
 import { lineUnder } from "./field_sides.js";
@@ -34,10 +43,14 @@ export const suggestedLines = computed(() => {
  * Points that nobody has accepted yet: found along one line, or detected where the detection is not sure of them.
  * along: they belong to the line that is active.
  */
-export const proposals = signal(/** @type {{ along: boolean, items: Proposal[] }} */ ({ along: true, items: [] }));
+export const proposals = signal(
+  /** @type {{ along: boolean, items: Proposal[] }} */ ({ along: true, items: [] }),
+);
 /** Those that can still be accepted: a detected line that was accepted is offered again when that is undone. */
 export const offered = computed(() =>
-  proposals.value.items.filter((it) => proposals.value.along || !pointsOf(doc.value, it.feature).length),
+  proposals.value.items.filter(
+    (it) => proposals.value.along || !pointsOf(doc.value, it.feature).length,
+  ),
 );
 
 /** px of the stage from a place to a drawn line. @param {Point} at picture px @param {(Point | null)[]} points */
@@ -65,7 +78,8 @@ export function featureAt(at, touch) {
   if (!snapping.value) return active.value;
   const reach = touch ? REACH_TOUCH_PX : REACH_PX;
   const own = suggestedLines.value.find((f) => f.feature === active.value);
-  if (kindOf(active.value) === "landmark" || (own && away(at, own.points) < OWN * reach)) return active.value;
+  if (kindOf(active.value) === "landmark" || (own && away(at, own.points) < OWN * reach))
+    return active.value;
   let best = active.value,
     nearest = reach;
   for (const { feature, points } of suggestedLines.value) {
@@ -86,7 +100,9 @@ export const lineUnderPointer = computed(() => {
   return feature === active.value ? null : feature;
 });
 
-export const canPropose = computed(() => suggestedLines.value.some((f) => f.feature === active.value));
+export const canPropose = computed(() =>
+  suggestedLines.value.some((f) => f.feature === active.value),
+);
 
 /** Look for points all along the active line, beside where the fit sees it. */
 export async function propose() {
@@ -95,16 +111,25 @@ export async function propose() {
     fit = givenFit();
   if (!picture || !fit) return;
   try {
-    const { points } = await call("POST", `/snapshots/${picture}/along`, { fit, feature, count: WANTED });
+    const { points } = await call("POST", `/snapshots/${picture}/along`, {
+      fit,
+      feature,
+      count: WANTED,
+    });
     if (snapshot.value?.id !== picture || active.value !== feature) return;
     const standing = pointsOf(doc.value, feature);
     const found = points
       .map((/** @type {{ point: Point }} */ p) => p.point)
-      .filter((/** @type {Point} */ [x, y]) => standing.every(([u, v]) => Math.hypot(x - u, y - v) > SPARE_PX));
+      .filter((/** @type {Point} */ [x, y]) =>
+        standing.every(([u, v]) => Math.hypot(x - u, y - v) > SPARE_PX),
+      );
     proposals.value = { along: true, items: found.length ? [{ feature, points: found }] : [] };
     saySnapped(
       found.length
-        ? t("calibrate.line-suggestions.proposed", { count: found.length, feature: lineName(feature) })
+        ? t("calibrate.line-suggestions.proposed", {
+            count: found.length,
+            feature: lineName(feature),
+          })
         : t("calibrate.line-suggestions.none-found", { feature: lineName(feature) }),
     );
   } catch (error) {
@@ -143,7 +168,8 @@ export function startLineSuggestions() {
       at = editing.value;
     untracked(() => {
       const { along, items } = proposals.value;
-      if (along && items.length && (items[0].feature !== feature || !here || !at)) discardProposed();
+      if (along && items.length && (items[0].feature !== feature || !here || !at))
+        discardProposed();
     });
   });
   effect(() => {

@@ -34,7 +34,9 @@ export function curveThrough(curve, points, run) {
     ...curve,
     points,
     residuals_px: residuals,
-    rms_px: Math.sqrt(residuals.reduce((sum, r, i) => sum + (strays.has(i) ? 0 : r * r), 0) / inside.length),
+    rms_px: Math.sqrt(
+      residuals.reduce((sum, r, i) => sum + (strays.has(i) ? 0 : r * r), 0) / inside.length,
+    ),
     curve: drawn.map((position, i) => (run ? [fitted[i], position] : [position, fitted[i]])),
   };
 }

@@ -40,7 +40,8 @@ export function bentMesh(mesh, model, points) {
       const y = begin + ((first[1] + j * step[1]) * height) / model.height_px,
         from = left(y),
         width = right(y) - from,
-        isReached = isNear && width >= MIN_EXTENT_PX && Math.abs(y - middle) <= (0.5 + REACH) * image_size[1];
+        isReached =
+          isNear && width >= MIN_EXTENT_PX && Math.abs(y - middle) <= (0.5 + REACH) * image_size[1];
       const at = 2 * (j * columns + i);
       nodes[at] = isReached ? from + (column * width) / model.width_px : NaN;
       nodes[at + 1] = isReached ? y : NaN;

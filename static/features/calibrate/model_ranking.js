@@ -1,7 +1,14 @@
 // Compares every model on the same clicks while the operator chooses one.
 import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
-import { FACTS, change, doc, dragging, withAutomaticModel, withModel } from "../../core/document.js";
+import {
+  FACTS,
+  change,
+  doc,
+  dragging,
+  withAutomaticModel,
+  withModel,
+} from "../../core/document.js";
 import { Stopped, followJob, runJob } from "../../core/jobs.js";
 import { lensOpen } from "../../core/folds.js";
 import { editing, model, models, snapshot } from "../../core/state.js";
@@ -15,7 +22,9 @@ export const ranking = signal(
 );
 /** The comparison under way. */
 export const comparison = signal(
-  /** @type {{ of: string, progress: number, message: string, stop: AbortController } | null} */ (null),
+  /** @type {{ of: string, progress: number, message: string, stop: AbortController } | null} */ (
+    null
+  ),
 );
 /**
  * The clicks that are not compared: refused by the server, or stopped by the operator, for whom there is nothing to
@@ -30,7 +39,9 @@ function clicks() {
   const { model: _model, options, ...others } = fitBody(doc.value);
   return {
     ...others,
-    options: Object.fromEntries(FACTS.flatMap((name) => (name in options ? [[name, options[name]]] : []))),
+    options: Object.fromEntries(
+      FACTS.flatMap((name) => (name in options ? [[name, options[name]]] : [])),
+    ),
   };
 }
 
@@ -45,7 +56,9 @@ async function compare(body) {
   comparison.value = { of, progress: 0, message: "", stop };
   notCompared.value = null;
   try {
-    const onProgress = (/** @type {import("../../core/types").Job} */ { id, progress, message }) => {
+    const onProgress = (
+      /** @type {import("../../core/types").Job} */ { id, progress, message },
+    ) => {
       ownJob.keep(of, id);
       if (comparison.value?.stop === stop) comparison.value = { of, progress, message, stop };
     };

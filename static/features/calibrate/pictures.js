@@ -31,7 +31,9 @@ const SPREAD_MS = 1000 / 3; // between two frames of a background, as the server
 let lists = Promise.resolve();
 
 /** How far the watching of many frames is, and the way to stop it. */
-export const backgroundProgress = signal(/** @type {{ share: number, stop: AbortController } | null} */ (null));
+export const backgroundProgress = signal(
+  /** @type {{ share: number, stop: AbortController } | null} */ (null),
+);
 
 /** Lists that the page is built from; one that fails leaves the others standing. */
 export function loadLists() {
@@ -102,7 +104,9 @@ export async function openFile(file) {
   const body = new FormData();
   body.append("file", file, file.name || "picture");
   await openFrom(
-    file.name ? t("calibrate.pictures.opening", { name: file.name }) : t("calibrate.pictures.opening-unnamed"),
+    file.name
+      ? t("calibrate.pictures.opening", { name: file.name })
+      : t("calibrate.pictures.opening-unnamed"),
     async () => (await request("POST", "/snapshots", { body })).json(),
   );
 }
@@ -114,7 +118,9 @@ export async function openFile(file) {
  */
 export async function takePicture(id, frames = 1) {
   if (frames === 1)
-    return openFrom(t("calibrate.pictures.taking"), () => call("POST", "/snapshots", { camera: id }));
+    return openFrom(t("calibrate.pictures.taking"), () =>
+      call("POST", "/snapshots", { camera: id }),
+    );
   if (busy.value) return;
   const stop = new AbortController(),
     begun = Date.now(),
@@ -127,7 +133,9 @@ export async function takePicture(id, frames = 1) {
     await openFrom(
       t("calibrate.pictures.watching"),
       async () =>
-        (await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })).json(),
+        (
+          await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })
+        ).json(),
       () => stop.signal.aborted,
     );
   } finally {
@@ -170,7 +178,10 @@ const tellThatItIsThere = (picture, step) =>
     level: "info",
     text: t("calibrate.pictures.is-there"),
     fix: "",
-    action: { label: t("calibrate.pictures.open-it"), run: () => go("calibrate", { picture: picture.id, step }) },
+    action: {
+      label: t("calibrate.pictures.open-it"),
+      run: () => go("calibrate", { picture: picture.id, step }),
+    },
   });
 
 /**
@@ -254,7 +265,8 @@ function knownPlace(picture, said) {
   if (said.field && said.region) return {};
   const camera = cameras.value.find((c) => c.id === picture.camera),
     known = camera?.field ? { ...camera, rotate: null } : camera?.active,
-    place = !said.field || said.field === known?.field ? known : { ...said, region: null, rotate: null },
+    place =
+      !said.field || said.field === known?.field ? known : { ...said, region: null, rotate: null },
     field = fields.value.find((f) => f.name === place?.field),
     region = field?.regions[place?.region ?? ""];
   return {

@@ -5,7 +5,15 @@ import { active, editing, pointer, selectedPoints, selection, tool } from "../..
 import { t } from "../../core/words.js";
 import { stageSize, toPicture } from "../../canvas/viewport.js";
 import { activeViewport } from "../compare/comparison.js";
-import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
+import {
+  activateFeature,
+  isOnPicture,
+  nudge,
+  remove,
+  select,
+  selectNext,
+  withAdded,
+} from "./editing.js";
 import { snapPoints, snapping } from "./snapping.js";
 import { canZoom } from "./view_actions.js";
 
@@ -49,7 +57,9 @@ export const POINT_ACTIONS = [
     label: t("calibrate.point-actions.nudge"),
     group: "points",
     run: arrow,
-    keys: ["", "shift+", "ctrl+"].flatMap((m) => ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`)),
+    keys: ["", "shift+", "ctrl+"].flatMap((m) =>
+      ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`),
+    ),
     enabled: canZoom,
   },
   {
@@ -75,7 +85,10 @@ export const POINT_ACTIONS = [
     group: "points",
     enabled: () => editing.value,
     run: () => {
-      selection.value = pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }));
+      selection.value = pointsOf(doc.value, active.value).map((_, index) => ({
+        feature: active.value,
+        index,
+      }));
     },
   },
   {
@@ -92,7 +105,10 @@ export const POINT_ACTIONS = [
     label: t("calibrate.point-actions.clear"),
     short: t("calibrate.point-actions.clear.short"),
     group: "points",
-    run: () => remove(pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }))),
+    run: () =>
+      remove(
+        pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index })),
+      ),
     enabled: () => editing.value && pointsOf(doc.value, active.value).length > 0,
   },
 ];
@@ -120,7 +136,8 @@ export const HISTORY_ACTIONS = [
 function addPoint() {
   const at = pointer.value,
     { width, height } = stageSize.value;
-  const [x, y] = at && !at.touch && isOnPicture(at.x, at.y) ? [at.x, at.y] : toPicture(width / 2, height / 2);
+  const [x, y] =
+    at && !at.touch && isOnPicture(at.x, at.y) ? [at.x, at.y] : toPicture(width / 2, height / 2);
   const { next, pick } = withAdded(doc.value, active.value, x, y);
   change(next);
   select([pick]);

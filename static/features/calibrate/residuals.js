@@ -21,7 +21,9 @@ export const plot = signal(
 /** What is pointed at, in the plot or in the picture. */
 export const hovered = signal(/** @type {Pick[]} */ ([]));
 
-const report = computed(() => (comparing.value ? version.value?.report : preview.value?.report) ?? null);
+const report = computed(
+  () => (comparing.value ? version.value?.report : preview.value?.report) ?? null,
+);
 
 /** Every line with its clicks, in the order in which the eye meets them.
  * A residual is positive where the click lies to the right of its line or below it; from an arc, outside; of a spot,
@@ -30,7 +32,9 @@ export const groups = computed(() => {
   const it = report.value,
     isOld = !comparing.value && stale.value && plot.value.unit === "px";
   if (!it || isOld) return fromCurves();
-  const names = it.per_feature.flatMap(({ feature }) => (typeof feature === "string" ? [feature] : []));
+  const names = it.per_feature.flatMap(({ feature }) =>
+    typeof feature === "string" ? [feature] : [],
+  );
   return [...new Set(names)].map((name) =>
     group(
       name,
@@ -101,7 +105,8 @@ function group(feature, residuals) {
  */
 function ordered(feature, bars) {
   const span = (/** @type {0 | 1} */ axis) =>
-    Math.max(...bars.map(({ point }) => point[axis])) - Math.min(...bars.map(({ point }) => point[axis]));
+    Math.max(...bars.map(({ point }) => point[axis])) -
+    Math.min(...bars.map(({ point }) => point[axis]));
   const run = span(0) > span(1) ? 0 : 1,
     from = Math.min(...bars.map(({ point }) => point[run])),
     length = span(run);
@@ -122,7 +127,8 @@ const mean = (points) =>
 /** These are pointed at now. @param {Pick[]} picks */
 export function pointAt(picks) {
   const before = hovered.peek();
-  if (picks.length !== before.length || picks.some((p, i) => !isSame(p, before[i]))) hovered.value = picks;
+  if (picks.length !== before.length || picks.some((p, i) => !isSame(p, before[i])))
+    hovered.value = picks;
 }
 
 /** @param {Pick} a @param {Pick} b */
@@ -132,7 +138,8 @@ export const isSame = (a, b) => a.feature === b.feature && a.index === b.index;
 export function startHovering() {
   effect(() => {
     const at = pointer.value,
-      isRaw = at !== null && (editing.value || (comparing.value && pointedAt.value?.from === "image")),
+      isRaw =
+        at !== null && (editing.value || (comparing.value && pointedAt.value?.from === "image")),
       { k } = view.peek();
     untracked(() => {
       if (!at || at.down || !isRaw) return pointAt([]);
@@ -170,7 +177,9 @@ export function binned(bars) {
   });
   if (values.length < 2) return null;
   const most = Math.max(...values.map(Math.abs)),
-    width = readable((2 * most) / Math.max(7, Math.min(15, Math.round(Math.sqrt(values.length) * 2))));
+    width = readable(
+      (2 * most) / Math.max(7, Math.min(15, Math.round(Math.sqrt(values.length) * 2))),
+    );
   const half = Math.ceil(most / width - 0.5),
     bins = Array.from({ length: 2 * half + 1 }, () => /** @type {Bar[]} */ ([]));
   for (const bar of bars) {

@@ -2,7 +2,13 @@
 import { doc } from "../../core/document.js";
 import { editing, selectedPoints } from "../../core/state.js";
 import { t } from "../../core/words.js";
-import { acceptProposed, canPropose, discardProposed, offered, propose } from "./line_suggestions.js";
+import {
+  acceptProposed,
+  canPropose,
+  discardProposed,
+  offered,
+  propose,
+} from "./line_suggestions.js";
 import { snapPoints, snapping, toggleSnapping } from "./snapping.js";
 
 const all = () =>

@@ -69,13 +69,17 @@ export async function snapPoints(picks, touch) {
       .filter((f) => kindOf(f) === "line")
       .map((feature) => {
         const own = pointsOf(doc.value, feature),
-          indices = picks.filter((p) => p.feature === feature && p.index < own.length).map((p) => p.index);
+          indices = picks
+            .filter((p) => p.feature === feature && p.index < own.length)
+            .map((p) => p.index);
         return { feature, indices, points: indices.map((i) => own[i]) };
       });
   if (!picture || !placed.some((one) => one.points.length)) return;
   saySnapped(""); // of the points before these
   try {
-    const answers = await Promise.all(placed.map(({ feature, points }) => ask(feature, points, touch)));
+    const answers = await Promise.all(
+      placed.map(({ feature, points }) => ask(feature, points, touch)),
+    );
     await letGo(); // a quick hand presses for the next point already
     // Somebody who has gone on, gone back or moved a point means it so.
     if (snapshot.value?.id !== picture || future.value.length) return;
@@ -110,7 +114,10 @@ function settle(placed, answers) {
         stands = own[index] && own[index][0] === points[i][0] && own[index][1] === points[i][1];
       if (answer.state !== "snapped") why ||= answer.what ?? "";
       if (!stands || answer.state !== "snapped") return;
-      own[index] = [Math.round(answer.point[0] * 100) / 100, Math.round(answer.point[1] * 100) / 100];
+      own[index] = [
+        Math.round(answer.point[0] * 100) / 100,
+        Math.round(answer.point[1] * 100) / 100,
+      ];
       count += 1;
       farthest = Math.max(farthest, answer.moved_px ?? 0);
     });
@@ -123,14 +130,20 @@ function settle(placed, answers) {
       ? count
         ? t("calibrate.snapping.snapped", { distance: number(farthest, 1) })
         : t("calibrate.snapping.not-snapped", { why })
-      : t("calibrate.snapping.snapped-several", { snapped: count, asked, farthest: number(farthest, 1) }),
+      : t("calibrate.snapping.snapped-several", {
+          snapped: count,
+          asked,
+          farthest: number(farthest, 1),
+        }),
   );
 }
 
 /** Look ahead from the pointer, from now on; the newest question wins. */
 export function startSnapping() {
   const look = latestWins(
-    async (/** @type {{ at: Point, feature: string, touch: boolean }} */ { at, feature, touch }) => {
+    async (
+      /** @type {{ at: Point, feature: string, touch: boolean }} */ { at, feature, touch },
+    ) => {
       const [answer] = await ask(feature, [at], touch).catch(() => []);
       snapPreview.value = answer ? { ...answer, of: at } : null;
       await new Promise((done) => setTimeout(done, PAUSE_MS));

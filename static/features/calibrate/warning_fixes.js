@@ -5,10 +5,24 @@ import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { lensOpen, unfold } from "../../core/folds.js";
 import { areaTitle, lineName } from "../../core/format.js";
 import { go, goToStep } from "../../core/route.js";
-import { camera, cameras, field, model, modelName, models, region, step } from "../../core/state.js";
+import {
+  camera,
+  cameras,
+  field,
+  model,
+  modelName,
+  models,
+  region,
+  step,
+} from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { chooseArea, otherAreas } from "../automatic/find_lines.js";
-import { activeViewport, correctedPlacement, margin, visiblePicture } from "../compare/comparison.js";
+import {
+  activeViewport,
+  correctedPlacement,
+  margin,
+  visiblePicture,
+} from "../compare/comparison.js";
 import { heat, shownMap } from "../compare/heat.js";
 import { version } from "../versions/versions.js";
 import { activateFeature, remove, select } from "./editing.js";
@@ -97,7 +111,12 @@ function clickOn(feature) {
 
 /** One point: away with it, or a look at it. @param {Trouble} trouble @returns {(Fix | null)[]} */
 function point({ feature, index }) {
-  if (!feature || index === null || index === undefined || index >= pointsOf(doc.value, feature).length)
+  if (
+    !feature ||
+    index === null ||
+    index === undefined ||
+    index >= pointsOf(doc.value, feature).length
+  )
     return [click(feature)];
   const pick = [{ feature, index }];
   return [
@@ -146,7 +165,9 @@ function insideLine() {
   const free = (/** @type {string} */ name) => pointsOf(doc.value, name).length === 0;
   return (
     f.arcs.find((a) => free(a.name) && a.centre[0] >= r.x[0] && a.centre[0] <= r.x[1])?.name ??
-    f.lines.find((l) => free(l.name) && isIn([(l.from[0] + l.to[0]) / 2, (l.from[1] + l.to[1]) / 2]))?.name ??
+    f.lines.find(
+      (l) => free(l.name) && isIn([(l.from[0] + l.to[0]) / 2, (l.from[1] + l.to[1]) / 2]),
+    )?.name ??
     Object.entries(f.landmarks).find(([name, spot]) => free(name) && isIn(spot))?.[0] ??
     null
   );
@@ -155,7 +176,11 @@ function insideLine() {
 /** @returns {Fix | null} */
 const enterHeight = () =>
   model.value?.options.some((o) => o.name === "height_mm")
-    ? { label: t("calibrate.warning-fixes.enter-height"), test: "enter-height", run: () => void toOption("height_mm") }
+    ? {
+        label: t("calibrate.warning-fixes.enter-height"),
+        test: "enter-height",
+        run: () => void toOption("height_mm"),
+      }
     : null;
 
 /** To the field where the fix goes. @param {string} name */
@@ -195,7 +220,11 @@ const board = () =>
 const checkField = () =>
   step.value === "field"
     ? null
-    : { label: t("calibrate.warning-fixes.check-field"), test: "cure-field", run: () => goToStep("field") };
+    : {
+        label: t("calibrate.warning-fixes.check-field"),
+        test: "cure-field",
+        run: () => goToStep("field"),
+      };
 /** @returns {Fix | null} */
 const editField = () =>
   field.value && {
@@ -299,13 +328,22 @@ export function worstPlaceFix() {
   const height = it.warnings.find((w) => w.reason === "height-unknown"),
     next = it.next_click;
   if (heat.value.atHats && height) return { text: height.fix, fixes: fixesOf(height) };
-  if (next && next.worst_mm_then < next.worst_mm && next.worst_mm_then.toFixed(1) !== next.worst_mm.toFixed(1)) {
+  if (
+    next &&
+    next.worst_mm_then < next.worst_mm &&
+    next.worst_mm_then.toFixed(1) !== next.worst_mm.toFixed(1)
+  ) {
     return {
-      text: t(next.z_mm ? "calibrate.warning-fixes.one-more-click-hats" : "calibrate.warning-fixes.one-more-click", {
-        feature: lineName(next.feature),
-        worst: next.worst_mm.toFixed(1),
-        worstThen: next.worst_mm_then.toFixed(1),
-      }),
+      text: t(
+        next.z_mm
+          ? "calibrate.warning-fixes.one-more-click-hats"
+          : "calibrate.warning-fixes.one-more-click",
+        {
+          feature: lineName(next.feature),
+          worst: next.worst_mm.toFixed(1),
+          worstThen: next.worst_mm_then.toFixed(1),
+        },
+      ),
       fixes: [nextClick()].filter((c) => c !== null),
     };
   }

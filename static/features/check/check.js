@@ -24,12 +24,17 @@ const last = signal(/** @type {{ camera: string, found: Checked } | null} */ (nu
 /** What the last check of the camera on show said; null once another version is active. */
 export const checked = computed(() => {
   const it = last.value;
-  return it && it.camera === openedCamera.value?.id && it.found.calibration === status.value?.active_calibration
+  return it &&
+    it.camera === openedCamera.value?.id &&
+    it.found.calibration === status.value?.active_calibration
     ? it.found
     : null;
 });
 export const canCheck = computed(
-  () => checking.value === null && status.value?.state === "live" && Boolean(status.value.active_calibration),
+  () =>
+    checking.value === null &&
+    status.value?.state === "live" &&
+    Boolean(status.value.active_calibration),
 );
 
 /** Take a picture and hold the active calibration against it. */

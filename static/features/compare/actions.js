@@ -36,8 +36,18 @@ export function setCompareMode(to) {
 const MODES = [
   { id: "raw", label: t("compare.action.raw.label"), short: t("common.raw"), key: "r" },
   { id: "wipe", label: t("common.wipe"), short: t("compare.action.wipe.short"), key: "w" },
-  { id: "corrected", label: t("compare.action.corrected.label"), short: t("common.corrected"), key: "c" },
-  { id: "side", label: t("compare.action.side.label"), short: t("compare.action.side.short"), key: "s" },
+  {
+    id: "corrected",
+    label: t("compare.action.corrected.label"),
+    short: t("common.corrected"),
+    key: "c",
+  },
+  {
+    id: "side",
+    label: t("compare.action.side.label"),
+    short: t("compare.action.side.short"),
+    key: "s",
+  },
   { id: "blink", label: t("compare.action.blink.label"), short: t("common.blink"), key: "k" },
 ];
 

@@ -45,7 +45,8 @@ export function pictureShownIn(mode) {
 export function hold(event) {
   if (isFlipped.value) return; // a held key repeats
   isFlipped.value = true;
-  const ends = event?.type === "keydown" ? ["keyup", "blur"] : ["pointerup", "pointercancel", "blur"];
+  const ends =
+    event?.type === "keydown" ? ["keyup", "blur"] : ["pointerup", "pointercancel", "blur"];
   const end = () => {
     isFlipped.value = false;
     for (const type of ends) removeEventListener(type, end);

@@ -10,7 +10,13 @@ import { correctsHere, isTooLarge } from "../../canvas/graphics.js";
 import { MARGIN_PX, mainViewport } from "../../canvas/viewport.js";
 import { preview, wantsMesh } from "../calibrate/fitting.js";
 import { atLive, cameraView } from "../live/camera_page.js";
-import { liveMargin, livePointer, liveRecord, liveView, startLiveComparing } from "../live/live_compare.js";
+import {
+  liveMargin,
+  livePointer,
+  liveRecord,
+  liveView,
+  startLiveComparing,
+} from "../live/live_compare.js";
 import { version } from "../versions/versions.js";
 import { pictureShownIn, startBlinking } from "./blink.js";
 import { mesh, startCorrection } from "./correction.js";
@@ -121,14 +127,17 @@ export function isOverCorrected(sx, sy) {
 /** Field millimetres under the pointer. */
 export const fieldUnderPointer = signal(/** @type {Point | null} */ (null));
 /** The same place in the other picture, side by side: its pixel there. */
-export const counterpart = signal(/** @type {{ on: "image" | "corrected", point: Point } | null} */ (null));
+export const counterpart = signal(
+  /** @type {{ on: "image" | "corrected", point: Point } | null} */ (null),
+);
 
 const askPosition = latestWins(
   async (/** @type {NonNullable<typeof pointedAt.value>} */ { id, from, point }) => {
     const on = from === "image" ? "corrected" : "image",
       isSide = visiblePicture.peek() === "side";
     const get = async (/** @type {string} */ to) =>
-      (await call("POST", `/calibrations/${id}/transform`, { from, to, points: [point] })).points[0];
+      (await call("POST", `/calibrations/${id}/transform`, { from, to, points: [point] }))
+        .points[0];
     try {
       const [place, other] = await Promise.all([get("field"), isSide ? get(on) : null]);
       fieldUnderPointer.value = place;
@@ -158,8 +167,12 @@ export function startComparing() {
     const now = wanted.value;
     if (!now || fetched.peek()?.of === JSON.stringify(now)) return;
     const get = async (/** @type {string} */ frame) =>
-      (await call("GET", `/calibrations/${now.id}/overlay.json?frame=${frame}&margin_px=${now.margin}`))
-        .features;
+      (
+        await call(
+          "GET",
+          `/calibrations/${now.id}/overlay.json?frame=${frame}&margin_px=${now.margin}`,
+        )
+      ).features;
     Promise.all([get("raw"), get("corrected")]).then(([raw, corrected]) => {
       fetched.value = { of: JSON.stringify(now), raw, corrected };
     }, notifyError);

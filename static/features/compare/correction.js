@@ -34,7 +34,9 @@ const strays = computed(() =>
   JSON.stringify(
     BORDERS.map((border) => {
       const curve = curves.value[border];
-      return isCurve(curve) && curve.points.length === pointsOf(doc.value, border).length ? curve.outliers : [];
+      return isCurve(curve) && curve.points.length === pointsOf(doc.value, border).length
+        ? curve.outliers
+        : [];
     }),
   ),
 );
@@ -47,13 +49,18 @@ const bent = computed(() => {
   /** @type {number[][]} */
   const leftOut = JSON.parse(strays.value);
   const points = Object.fromEntries(
-    BORDERS.map((border, b) => [border, pointsOf(doc.value, border).filter((_, i) => !leftOut[b].includes(i))]),
+    BORDERS.map((border, b) => [
+      border,
+      pointsOf(doc.value, border).filter((_, i) => !leftOut[b].includes(i)),
+    ]),
   );
   return bentMesh(mesh, /** @type {any} */ (model.parameters), /** @type {any} */ (points));
 });
 
 /** The saved version whose correction is in sight, of a still or live picture. */
-const wanted = computed(() => (comparing.value ? version.value?.id : atLive.value ? liveRecord.value?.id : null));
+const wanted = computed(() =>
+  comparing.value ? version.value?.id : atLive.value ? liveRecord.value?.id : null,
+);
 
 /** What is drawn now, if this browser corrects. */
 export const mesh = computed(() => {

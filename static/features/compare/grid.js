@@ -32,15 +32,27 @@ export const spacings = computed(() =>
 export const spacing = computed(() => {
   const wish = grid.value.spacing_mm;
   if (wish !== null && spacings.value.includes(wish)) return wish;
-  return spacings.value.find((mm) => side_mm.value / mm <= MAX_SQUARES) ?? spacings.value.at(-1) ?? SPACINGS_MM[0];
+  return (
+    spacings.value.find((mm) => side_mm.value / mm <= MAX_SQUARES) ??
+    spacings.value.at(-1) ??
+    SPACINGS_MM[0]
+  );
 });
 
 const question = computed(() =>
   grid.value.on && comparedVersion.value && part.value
-    ? JSON.stringify([comparedVersion.value.id, spacing.value, margin.value, part.value.x, part.value.y])
+    ? JSON.stringify([
+        comparedVersion.value.id,
+        spacing.value,
+        margin.value,
+        part.value.x,
+        part.value.y,
+      ])
     : "",
 );
-const fetched = signal(/** @type {{ of: string, raw: Feature[], corrected: Feature[] } | null} */ (null));
+const fetched = signal(
+  /** @type {{ of: string, raw: Feature[], corrected: Feature[] } | null} */ (null),
+);
 /** The grid in pixels of each picture, the corrected one's margin counted. */
 export const gridLines = computed(() =>
   question.value && fetched.value?.of === question.value ? fetched.value : null,
@@ -55,7 +67,12 @@ export const gridLines = computed(() =>
 function linesOver({ x, y }, spacing_mm) {
   const whole = ([from, to] = x) =>
     Array.from(
-      { length: Math.max(0, Math.floor(to / spacing_mm + 1e-9) - Math.ceil(from / spacing_mm - 1e-9) + 1) },
+      {
+        length: Math.max(
+          0,
+          Math.floor(to / spacing_mm + 1e-9) - Math.ceil(from / spacing_mm - 1e-9) + 1,
+        ),
+      },
       (_, i) => (Math.ceil(from / spacing_mm - 1e-9) + i) * spacing_mm,
     );
   const between = ([from, to] = x) =>
@@ -85,8 +102,9 @@ export function startGrid() {
       const wanted = linesOver(region, spacing_mm),
         points = wanted.flatMap((l) => l.places);
       const seen = async (/** @type {string} */ to, move = 0) => {
-        const found = (await call("POST", `/calibrations/${id}/transform`, { from: "field", to, points }))
-          .points;
+        const found = (
+          await call("POST", `/calibrations/${id}/transform`, { from: "field", to, points })
+        ).points;
         return wanted.map(({ feature }, i) => ({
           feature,
           kind: feature.endsWith(" 0") ? "axis" : "grid",

@@ -23,7 +23,9 @@ export const heat = signal(
 );
 /** The newest answer, or why there is none; `of` says to which question. */
 export const heatMap = signal(/** @type {HeatMap | null} */ (null));
-export const heatRefusal = signal(/** @type {{ of: string, detail: string, fix: string } | null} */ (null));
+export const heatRefusal = signal(
+  /** @type {{ of: string, detail: string, fix: string } | null} */ (null),
+);
 
 /** Whether a saved version is in sight whose map could be shown. */
 export const canHeat = computed(
@@ -61,7 +63,9 @@ export const shownMap = computed(() =>
 );
 /** Why it cannot be drawn. */
 export const mapRefusal = computed(() =>
-  question.value && heatRefusal.value?.of === JSON.stringify(question.value) ? heatRefusal.value : null,
+  question.value && heatRefusal.value?.of === JSON.stringify(question.value)
+    ? heatRefusal.value
+    : null,
 );
 export const isMapWanted = computed(() => question.value !== null);
 

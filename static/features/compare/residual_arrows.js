@@ -17,7 +17,9 @@ export const arrows = signal(
   /** @type {{ on: boolean, factor: number | null }} */ ({ on: false, factor: null }),
 );
 /** Of the saved version that is compared, in both its pictures. */
-const fetched = signal(/** @type {{ id: string, image: Arrows, corrected: Arrows } | null} */ (null));
+const fetched = signal(
+  /** @type {{ id: string, image: Arrows, corrected: Arrows } | null} */ (null),
+);
 
 export const canArrow = computed(() =>
   editing.value ? preview.value !== null : comparing.value && version.value !== null,
@@ -42,7 +44,9 @@ export const shownArrows = computed(() => {
   return fetched.value?.id === version.value?.id ? fetched.value : null;
 });
 
-const diagonal = computed(() => Math.hypot(snapshot.value?.width ?? 0, snapshot.value?.height ?? 0));
+const diagonal = computed(() =>
+  Math.hypot(snapshot.value?.width ?? 0, snapshot.value?.height ?? 0),
+);
 /** In raw pixels: an arrow that would be drawn longer is cut. */
 export const longest = computed(() => LONGEST * diagonal.value);
 
@@ -64,7 +68,9 @@ export const factor = computed(() => {
   const all = shownArrows.value?.image.arrows ?? [],
     far = longestOf(all, false) ?? longestOf(all, true);
   return (
-    arrows.value.factor ?? FACTORS.findLast((f) => far && f * far.px <= READABLE * diagonal.value) ?? FACTORS[0]
+    arrows.value.factor ??
+    FACTORS.findLast((f) => far && f * far.px <= READABLE * diagonal.value) ??
+    FACTORS[0]
   );
 });
 

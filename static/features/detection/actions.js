@@ -4,7 +4,14 @@ import { t } from "../../core/words.js";
 import { openedCamera as liveShown } from "../live/camera_page.js";
 import { nextFrame, play, playing, previousFrame, recordClip, recording } from "./clips.js";
 import { COLOURS, choose, colour, learnAutomatically, learning, colourName } from "./colours.js";
-import { detectionCamera, detectionState, future, past, redoDetection, undoDetection } from "./detection.js";
+import {
+  detectionCamera,
+  detectionState,
+  future,
+  past,
+  redoDetection,
+  undoDetection,
+} from "./detection.js";
 import { MASK, canCorrect, labels, toggleView, view, zoom, zoomDisplay } from "./display.js";
 import { heldFrame, holdFrame, releaseFrame, taking } from "./held_frame.js";
 

@@ -13,9 +13,13 @@ const SECONDS = 5,
 
 const all = signal(/** @type {Clip[]} */ ([]));
 /** Those of the camera that is shown, newest first. */
-export const clips = computed(() => all.value.filter((c) => c.camera === detectionCamera.value?.id));
+export const clips = computed(() =>
+  all.value.filter((c) => c.camera === detectionCamera.value?.id),
+);
 /** How far a recording is, and the way to stop it. */
-export const recording = signal(/** @type {{ share: number, stop: AbortController } | null} */ (null));
+export const recording = signal(
+  /** @type {{ share: number, stop: AbortController } | null} */ (null),
+);
 export const playing = signal(false);
 
 /** Keep the last seconds of the camera, and stand at the first frame. */
@@ -110,7 +114,10 @@ export function startClips() {
     const it = heldFrame.value;
     if (!it?.clip || !playing.value || !isDetected.value) return undefined;
     const { clip, number } = it,
-      timer = setTimeout(() => holdClipFrame(clip, (number + 1) % clip.frames), 1000 / (clip.fps || 10));
+      timer = setTimeout(
+        () => holdClipFrame(clip, (number + 1) % clip.frames),
+        1000 / (clip.fps || 10),
+      );
     return () => clearTimeout(timer);
   });
 }

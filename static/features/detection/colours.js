@@ -36,7 +36,9 @@ const DOUBT_MS = 5000;
 /** What the next click teaches; "" nothing. */
 export const colour = signal("");
 /** Being taught, and the way to stop it. */
-export const learning = signal(/** @type {{ what: string, stop: AbortController } | null} */ (null));
+export const learning = signal(
+  /** @type {{ what: string, stop: AbortController } | null} */ (null),
+);
 /** What the server said of it. */
 export const notes = signal(/** @type {string[]} */ ([]));
 export const presets = signal(/** @type {Preset[]} */ ([]));
@@ -109,14 +111,18 @@ async function learn(what, body) {
 /** A camera's own profile does not go by the name of the one that it shares with others. @param {Profile} profile */
 function named(profile) {
   const shared = detectionState.value?.colours;
-  return { ...profile, name: shared ? `${shared}, changed` : (detectionCamera.value?.id ?? "clicked") };
+  return {
+    ...profile,
+    name: shared ? `${shared}, changed` : (detectionCamera.value?.id ?? "clicked"),
+  };
 }
 
 /** Take one sample away again. @param {string} name @param {number} index */
 export function forget(name, index) {
   const it = detectionState.value?.profile;
   if (!it) return;
-  const without = (/** @type {import("./types").Sample[]} */ samples) => samples.filter((_, i) => i !== index);
+  const without = (/** @type {import("./types").Sample[]} */ samples) =>
+    samples.filter((_, i) => i !== index);
   if (name === BACKGROUND) {
     void tune({ profile: named({ ...it, background: without(it.background) }) });
     return;
@@ -191,7 +197,9 @@ export async function removePreset(name) {
       level: "info",
       text: t("detection.presets.removed", { preset: name }),
       fix: "",
-      action: old ? { label: t("detection.presets.removed.put-back"), run: () => void again() } : undefined,
+      action: old
+        ? { label: t("detection.presets.removed.put-back"), run: () => void again() }
+        : undefined,
     });
   } catch (error) {
     notifyError(error);
@@ -216,16 +224,25 @@ export async function copyTo(id) {
     });
     return {
       colours: theirs.colours,
-      profile: theirs.learned === "clicks" && theirs.profile?.name !== theirs.colours ? theirs.profile : null,
+      profile:
+        theirs.learned === "clicks" && theirs.profile?.name !== theirs.colours
+          ? theirs.profile
+          : null,
     };
   };
   try {
-    const before = await put({ colours: shared ? it.colours : null, profile: shared ? null : it.profile });
+    const before = await put({
+      colours: shared ? it.colours : null,
+      profile: shared ? null : it.profile,
+    });
     notify({
       level: "info",
       text: t("detection.presets.copied", { camera: other.name }),
       fix: "",
-      action: { label: t("detection.presets.copied.take-back"), run: () => void put(before).catch(notifyError) },
+      action: {
+        label: t("detection.presets.copied.take-back"),
+        run: () => void put(before).catch(notifyError),
+      },
     });
     await readPresets();
   } catch (error) {

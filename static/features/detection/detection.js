@@ -19,7 +19,9 @@ const LOOK_MS = 3000; // somebody else may change it, and a camera finds its col
 const MAX_UNDO = 40,
   MAX_RECENT = 20;
 
-export const detectionCamera = computed(() => (route.value.view === "detection" ? namedCamera.value : null));
+export const detectionCamera = computed(() =>
+  route.value.view === "detection" ? namedCamera.value : null,
+);
 export const detectionState = signal(/** @type {DetectionState | null} */ (null));
 /** What the newest frame showed; null before the first. */
 export const latestFrame = signal(/** @type {DetectionFrame | null} */ (null));
@@ -99,7 +101,8 @@ export function startDetection() {
       onMessage: (message) => {
         refusal.value = "detail" in message ? message : null;
         latestFrame.value = refusal.value ? null : message;
-        if (latestFrame.value) recent.value = [...recent.value, latestFrame.value].slice(-MAX_RECENT);
+        if (latestFrame.value)
+          recent.value = [...recent.value, latestFrame.value].slice(-MAX_RECENT);
       },
     });
   }
@@ -215,7 +218,10 @@ async function put(id, before, changes) {
   const at = `/cameras/${encodeURIComponent(id)}/seeing`;
   /** @param {DetectionSettings} onto */
   const send = async (onto) => {
-    const response = await request("PUT", at, { json: { ...onto, ...changes }, headers: { "If-Match": etag } });
+    const response = await request("PUT", at, {
+      json: { ...onto, ...changes },
+      headers: { "If-Match": etag },
+    });
     etag = response.headers.get("ETag") ?? etag;
     if (saving === 1 && detectionCamera.value?.id === id) keep(id, await response.json());
   };

@@ -15,7 +15,9 @@ export const zoom = signal(1);
 export const labels = signal(!matchMedia("(max-width: 720px)").matches);
 
 /** Corrected pictures are of live frames: a held one is as it was taken. */
-export const canCorrect = computed(() => fieldPositions.value !== null && detections.value !== null);
+export const canCorrect = computed(
+  () => fieldPositions.value !== null && detections.value !== null,
+);
 export const view = computed(() => {
   const name = chosenView.value;
   if (name === "corrected") return canCorrect.value ? name : "raw";

@@ -31,7 +31,9 @@ export function startFieldPositions() {
 /** @param {string} id */
 async function ask(id) {
   try {
-    const it = /** @type {import("../../core/types").Calibration} */ (await call("GET", `/calibrations/${id}`));
+    const it = /** @type {import("../../core/types").Calibration} */ (
+      await call("GET", `/calibrations/${id}`)
+    );
     const [width, height] = it.image_size,
       hat_mm = it.field_definition.hat_height_mm ?? USUAL_HAT_MM;
     const points = Array.from({ length: COLUMNS * ROWS }, (_, i) => [
@@ -85,10 +87,13 @@ export const correctedOf = (it, pixel) => between(it, it.inCorrected, pixel);
  * @returns {((x_mm: number, y_mm: number) => Point) | null}
  */
 export function pixelsPerMm(it, [x, y]) {
-  const at = (/** @type {number} */ dx, /** @type {number} */ dy) => between(it, it.onField, [x + dx, y + dy]);
+  const at = (/** @type {number} */ dx, /** @type {number} */ dy) =>
+    between(it, it.onField, [x + dx, y + dy]);
   const [e, w, s, n] = [at(STEP_PX, 0), at(-STEP_PX, 0), at(0, STEP_PX), at(0, -STEP_PX)];
   if (!e || !w || !s || !n) return null;
-  const [a, b, c, d] = [e[0] - w[0], s[0] - n[0], e[1] - w[1], s[1] - n[1]].map((v) => v / (2 * STEP_PX)); // mm a pixel
+  const [a, b, c, d] = [e[0] - w[0], s[0] - n[0], e[1] - w[1], s[1] - n[1]].map(
+    (v) => v / (2 * STEP_PX),
+  ); // mm a pixel
   const det = a * d - b * c;
   return Math.abs(det) < 1e-9
     ? null

@@ -2,7 +2,13 @@
 import { computed, effect, signal } from "@preact/signals";
 import { address, call, request, toRefusal } from "../../core/api.js";
 import { fields, notifyError } from "../../core/state.js";
-import { detectionCamera, detectionState, isListening, latestFrame, whenSaved } from "./detection.js";
+import {
+  detectionCamera,
+  detectionState,
+  isListening,
+  latestFrame,
+  whenSaved,
+} from "./detection.js";
 
 /**
  * @typedef {import("./types").DetectionFrame} DetectionFrame
@@ -31,7 +37,9 @@ export const heldFrame = computed(() =>
 /** What was found in it; null until then. */
 const found = signal(/** @type {DetectionFrame | null} */ (null));
 /** Why nothing was. */
-export const heldFrameRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+export const heldFrameRefusal = signal(
+  /** @type {import("../../core/types").Refusal | null} */ (null),
+);
 /** Which frame that is. */
 const answered = signal("");
 /** Whether the held frame has been seen, be it in vain. */
@@ -71,10 +79,12 @@ export const holdClipFrame = (clip, number) =>
   });
 
 /** @param {HeldFrame} it */
-const frameOf = (it) => (it.clip ? `/clips/${it.clip.clip}/frames/${it.number}` : `/snapshots/${it.id}`);
+const frameOf = (it) =>
+  it.clip ? `/clips/${it.clip.clip}/frames/${it.number}` : `/snapshots/${it.id}`;
 
 /** The held frame as it was taken. @param {HeldFrame} it */
-export const framePicture = (it) => address(it.clip ? `${frameOf(it)}.jpg` : `${frameOf(it)}/image.jpg`);
+export const framePicture = (it) =>
+  address(it.clip ? `${frameOf(it)}.jpg` : `${frameOf(it)}/image.jpg`);
 
 /**
  * The held frame as a snapshot, which colours are taught from; null: none is held.
@@ -126,7 +136,10 @@ export const detectionRequest = computed(() => {
     calibration = detectionCamera.value?.active_calibration ?? null;
   if (!it || !now) return null;
   if (it.clip)
-    return { frame: frameOf(it), by: [now.plan, now.profile, detectionCamera.value?.active_calibration] };
+    return {
+      frame: frameOf(it),
+      by: [now.plan, now.profile, detectionCamera.value?.active_calibration],
+    };
   const { name, title, stages, corrected = false } = now.plan;
   return {
     snapshot: it.id,

@@ -14,7 +14,14 @@ import { DetectionReport } from "./panels/detections.js";
 /** @type {import("../../core/features.js").Feature<"detection">} */
 export const detection = {
   actions: DETECTION_ACTIONS,
-  start: [startHeldFrame, startDetection, startColours, startClips, startFieldPositions, startDisplay],
+  start: [
+    startHeldFrame,
+    startDetection,
+    startColours,
+    startClips,
+    startFieldPositions,
+    startDisplay,
+  ],
   views: {
     detection: {
       addresses: ["cameras/:camera/detection"],

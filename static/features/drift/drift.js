@@ -20,9 +20,7 @@ export const { search: registering, refusal: notRegistered } = work;
 const last = signal(
   /**
    * @type {{ camera: string, made: Registered, apart: { rms_mm: number | null, max_mm: number | null } | null } | null}
-   */ (
-    null
-  ),
+   */ (null),
 );
 /** The version that was made for the camera on show, as long as it is not used. */
 export const registered = computed(() =>
@@ -33,7 +31,10 @@ export const registered = computed(() =>
     : null,
 );
 export const canRegister = computed(
-  () => registering.value === null && status.value?.state === "live" && status.value.calibration_applied,
+  () =>
+    registering.value === null &&
+    status.value?.state === "live" &&
+    status.value.calibration_applied,
 );
 
 /** Take a picture without what moves, keep the lens, and fit the pose to the field's lines: a new version. */
@@ -45,9 +46,10 @@ export async function registerPose() {
     (stop, onProgress) => runJob(`/cameras/${camera}/reregister`, {}, stop, onProgress),
     async (/** @type {Registered} */ made) => {
       last.value = { camera, made, apart: null };
-      const apart = await call("GET", `/calibrations/${made.parent}/difference/${made.calibration}.json`).catch(
-        () => null,
-      );
+      const apart = await call(
+        "GET",
+        `/calibrations/${made.parent}/difference/${made.calibration}.json`,
+      ).catch(() => null);
       if (last.value?.made === made) last.value = { camera, made, apart };
     },
   );
@@ -78,10 +80,20 @@ export const driftNextStep = computed(() => {
     sentence = drift?.sentence ?? t("drift.not-watched"),
     isDone = drift?.state === "steady";
   /** @param {string} action @param {string} label */
-  const step = (action, label, missing = "") => ({ action, label, missing, done: isDone, sentence });
+  const step = (action, label, missing = "") => ({
+    action,
+    label,
+    missing,
+    done: isDone,
+    sentence,
+  });
   if (made) return step("use-registered", t("common.activate-version", { version: made.version }));
   if (drift?.state === "knocked")
-    return step("reregister", t("drift.reregister"), registering.value ? t("drift.being-registered") : "");
+    return step(
+      "reregister",
+      t("drift.reregister"),
+      registering.value ? t("drift.being-registered") : "",
+    );
   return step(
     "check-calibration",
     t("drift.check"),

@@ -2,7 +2,17 @@
 import { go } from "../../core/route.js";
 import { t } from "../../core/words.js";
 import { freeName, isOff, paintedMarks, without } from "./document.js";
-import { atEditor, chosen, edit, history, isDirty, isShipped, opened, saving, viewport } from "./editor.js";
+import {
+  atEditor,
+  chosen,
+  edit,
+  history,
+  isDirty,
+  isShipped,
+  opened,
+  saving,
+  viewport,
+} from "./editor.js";
 import { drawingSize } from "./frame.js";
 import { withMoved } from "./geometry.js";
 import { saveField } from "./saving.js";
@@ -33,7 +43,11 @@ export function chooseNext(way) {
   if (!doc) return false;
   const all = paintedMarks(doc).filter((mark) => !isOff(doc, mark)),
     last = chosen.value.at(-1),
-    at = last ? all.findIndex((m) => m.kind === last.kind && m.name === last.name) : way > 0 ? -1 : all.length;
+    at = last
+      ? all.findIndex((m) => m.kind === last.kind && m.name === last.name)
+      : way > 0
+        ? -1
+        : all.length;
   const next = all[at + way];
   chosen.value = next ? [next] : [];
   return Boolean(next);
@@ -48,15 +62,27 @@ function add(kind) {
     width_mm = doc.lines[0]?.width_mm ?? 50;
   edit((d) => {
     if (kind === "line")
-      return { ...d, lines: [...d.lines, { name, from: [-quarter, quarter], to: [quarter, quarter], width_mm }] };
+      return {
+        ...d,
+        lines: [...d.lines, { name, from: [-quarter, quarter], to: [quarter, quarter], width_mm }],
+      };
     if (kind === "arc")
       return {
         ...d,
-        arcs: [...d.arcs, { name, centre: [0, 0], radius_mm: quarter, start_deg: 0, end_deg: 360, width_mm }],
+        arcs: [
+          ...d.arcs,
+          { name, centre: [0, 0], radius_mm: quarter, start_deg: 0, end_deg: 360, width_mm },
+        ],
       };
     if (kind === "landmark") return { ...d, landmarks: { ...d.landmarks, [name]: [0, quarter] } };
     const half = [d.length_mm / 4, d.width_mm / 4];
-    return { ...d, regions: { ...d.regions, [name]: { x: [-half[0], half[0]], y: [-half[1], half[1]], rotate: 0 } } };
+    return {
+      ...d,
+      regions: {
+        ...d.regions,
+        [name]: { x: [-half[0], half[0]], y: [-half[1], half[1]], rotate: 0 },
+      },
+    };
   });
   chosen.value = [{ kind, name }];
 }

@@ -20,12 +20,16 @@ export function docOf(field) {
   const doc = { ...field };
   delete doc.own;
   delete doc.statements;
-  const regions = Object.entries(field.regions).map(([name, { x, y, rotate }]) => [name, { x, y, rotate }]);
+  const regions = Object.entries(field.regions).map(([name, { x, y, rotate }]) => [
+    name,
+    { x, y, rotate },
+  ]);
   return { ...doc, regions: Object.fromEntries(regions) };
 }
 
 /** What a mark is called. @param {Mark} mark */
-export const markTitle = ({ kind, name }) => (kind === "region" ? areaTitle(name) : lineTitle(name));
+export const markTitle = ({ kind, name }) =>
+  kind === "region" ? areaTitle(name) : lineTitle(name);
 
 /** What is sent: without what is off. @param {FieldDoc} doc */
 export const sentOf = (doc) => ({
@@ -39,13 +43,21 @@ export function blankField(length = 4500, width = 3000) {
   const x = length / 2,
     y = width / 2,
     r = rounded(width / 12);
-  const line = (/** @type {string} */ name, /** @type {Point} */ from, /** @type {Point} */ to) => ({
+  const line = (
+    /** @type {string} */ name,
+    /** @type {Point} */ from,
+    /** @type {Point} */ to,
+  ) => ({
     name,
     from,
     to,
     width_mm: LINE_MM,
   });
-  const region = (/** @type {Point} */ xs, /** @type {Point} */ ys) => ({ x: xs, y: ys, rotate: 0 });
+  const region = (/** @type {Point} */ xs, /** @type {Point} */ ys) => ({
+    x: xs,
+    y: ys,
+    rotate: 0,
+  });
   return {
     name: "",
     title: "",
@@ -59,7 +71,16 @@ export function blankField(length = 4500, width = 3000) {
       line("halfway-line", [0, -y], [0, y]),
       line("centre-line", [-x, 0], [x, 0]),
     ],
-    arcs: [{ name: "centre-circle", centre: [0, 0], radius_mm: r, start_deg: 0, end_deg: 360, width_mm: LINE_MM }],
+    arcs: [
+      {
+        name: "centre-circle",
+        centre: [0, 0],
+        radius_mm: r,
+        start_deg: 0,
+        end_deg: 360,
+        width_mm: LINE_MM,
+      },
+    ],
     landmarks: {
       centre: [0, 0],
       "corner-top-left": [-x, y],
@@ -113,7 +134,9 @@ export const paintedMarks = (doc) => [
 
 /** @param {FieldDoc} doc @param {Mark} mark */
 export const isOff = (doc, { kind, name }) =>
-  (kind === "line" ? doc.lines : kind === "arc" ? doc.arcs : []).some((it) => it.name === name && it.off);
+  (kind === "line" ? doc.lines : kind === "arc" ? doc.arcs : []).some(
+    (it) => it.name === name && it.off,
+  );
 
 /** Switch a line or an arc on or off.
  * @param {FieldDoc} doc @param {Mark} mark @param {boolean} on @returns {FieldDoc} */
@@ -131,7 +154,8 @@ export function switched(doc, { kind, name }, on) {
 /** Change numbers of a marking or a part.
  * @param {FieldDoc} doc @param {Mark} mark @param {Record<string, unknown>} changes @returns {FieldDoc} */
 export function withChanges(doc, { kind, name }, changes) {
-  const set = (/** @type {any[]} */ all) => all.map((it) => (it.name === name ? { ...it, ...changes } : it));
+  const set = (/** @type {any[]} */ all) =>
+    all.map((it) => (it.name === name ? { ...it, ...changes } : it));
   if (kind === "line") return { ...doc, lines: set(doc.lines) };
   if (kind === "arc") return { ...doc, arcs: set(doc.arcs) };
   if (kind === "region")
@@ -143,7 +167,9 @@ export function withChanges(doc, { kind, name }, changes) {
  * @param {FieldDoc} doc @param {Mark} mark @param {string} to @returns {FieldDoc} */
 export function renamed(doc, { kind, name }, to) {
   const inTable = (/** @type {Record<string, any>} */ table) =>
-    Object.fromEntries(Object.entries(table).map(([key, value]) => [key === name ? to : key, value]));
+    Object.fromEntries(
+      Object.entries(table).map(([key, value]) => [key === name ? to : key, value]),
+    );
   if (kind === "landmark")
     return {
       ...doc,
@@ -157,19 +183,26 @@ export function renamed(doc, { kind, name }, to) {
 /** The extras with other dots and crosses, which are painted at landmarks.
  * @param {FieldDoc} doc @param {(mark: any) => any[]} to */
 function marksWith({ extras }, to) {
-  return Array.isArray(extras.marks) ? { extras: { ...extras, marks: extras.marks.flatMap(to) } } : {};
+  return Array.isArray(extras.marks)
+    ? { extras: { ...extras, marks: extras.marks.flatMap(to) } }
+    : {};
 }
 
 /** Take marks away for good: landmarks and regions; lines and arcs are switched off.
  * @param {FieldDoc} doc @param {Mark[]} marks @returns {FieldDoc} */
 export function without(doc, marks) {
-  const kept = (/** @type {"landmark" | "region"} */ kind, /** @type {Record<string, any>} */ table) =>
+  const kept = (
+    /** @type {"landmark" | "region"} */ kind,
+    /** @type {Record<string, any>} */ table,
+  ) =>
     Object.fromEntries(Object.entries(table).filter(([name]) => !includes(marks, { kind, name })));
   const painted = marks.filter(({ kind }) => kind === "line" || kind === "arc");
   return painted.reduce((now, mark) => switched(now, mark, false), {
     ...doc,
     landmarks: kept("landmark", doc.landmarks),
-    ...marksWith(doc, (mark) => (includes(marks, { kind: "landmark", name: mark.at }) ? [] : [mark])),
+    ...marksWith(doc, (mark) =>
+      includes(marks, { kind: "landmark", name: mark.at }) ? [] : [mark],
+    ),
     regions: kept("region", doc.regions),
   });
 }

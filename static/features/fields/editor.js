@@ -171,7 +171,12 @@ function restore(key, text, isQuiet) {
     const { doc, etag } = JSON.parse(text);
     history.change(doc);
     opened.value = { ...opened.value, etag }; // whoever saved meanwhile is told of at the next save
-    if (!isQuiet) notify({ level: "info", text: t("field-editor.restored"), fix: t("field-editor.restored-fix") });
+    if (!isQuiet)
+      notify({
+        level: "info",
+        text: t("field-editor.restored"),
+        fix: t("field-editor.restored-fix"),
+      });
   } catch {
     localStorage.removeItem(KEPT + key);
   }

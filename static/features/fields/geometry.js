@@ -32,7 +32,10 @@ export function fromArc(p, { centre, radius_mm, start_deg, end_deg }) {
   const angle = (Math.atan2(p[1] - centre[1], p[0] - centre[0]) * 180) / Math.PI,
     past = (((angle - start_deg) % 360) + 360) % 360;
   if (past <= end_deg - start_deg) return Math.abs(apart(p, centre) - radius_mm);
-  return Math.min(apart(p, onArc(centre, radius_mm, start_deg)), apart(p, onArc(centre, radius_mm, end_deg)));
+  return Math.min(
+    apart(p, onArc(centre, radius_mm, start_deg)),
+    apart(p, onArc(centre, radius_mm, end_deg)),
+  );
 }
 
 /** @param {Point} centre @param {number} radius @param {number} deg @returns {Point} */
@@ -53,14 +56,21 @@ const withPlaces = (doc, to) => ({
     const mark = /** @type {Mark} */ ({ kind: "line", name: line.name });
     return { ...line, from: to(line.from, mark), to: to(line.to, mark) };
   }),
-  arcs: doc.arcs.map((arc) => ({ ...arc, centre: to(arc.centre, { kind: "arc", name: arc.name }) })),
+  arcs: doc.arcs.map((arc) => ({
+    ...arc,
+    centre: to(arc.centre, { kind: "arc", name: arc.name }),
+  })),
   landmarks: Object.fromEntries(
-    Object.entries(doc.landmarks).map(([name, place]) => [name, to(place, { kind: "landmark", name })]),
+    Object.entries(doc.landmarks).map(([name, place]) => [
+      name,
+      to(place, { kind: "landmark", name }),
+    ]),
   ),
 });
 
 /** @param {Mark[]} marks @param {Mark} mark */
-export const includes = (marks, { kind, name }) => marks.some((m) => m.kind === kind && m.name === name);
+export const includes = (marks, { kind, name }) =>
+  marks.some((m) => m.kind === kind && m.name === name);
 
 /**
  * Move marks. What ends or lies on them goes with them, and so do edges of regions along a line, unless `alone`.
@@ -80,7 +90,9 @@ export function withMoved(doc, marks, [dx, dy], alone = false) {
     (lines.some((line) => fromLine(p, line) < SAME_MM) ||
       arcs.some((arc) => apart(p, arc.centre) < SAME_MM || fromArc(p, arc) < SAME_MM) ||
       spots.some((spot) => apart(p, spot) < SAME_MM));
-  const moved = withPlaces(doc, (p, mark) => (includes(marks, mark) || isOn(p) ? point(p[0] + dx, p[1] + dy) : p));
+  const moved = withPlaces(doc, (p, mark) =>
+    includes(marks, mark) || isOn(p) ? point(p[0] + dx, p[1] + dy) : p,
+  );
   return { ...moved, regions: alone ? doc.regions : withEdgesAlong(doc.regions, lines, [dx, dy]) };
 }
 
@@ -131,12 +143,19 @@ export function withGripAt(doc, { mark: { kind, name }, part }, to, alone = fals
       before = doc.lines.find((line) => line.name === name)?.[end];
     if (!before) return doc;
     if (!alone) return withPlaces(doc, (p) => (apart(p, before) < SAME_MM ? point(...to) : p));
-    return { ...doc, lines: doc.lines.map((line) => (line.name === name ? { ...line, [end]: point(...to) } : line)) };
+    return {
+      ...doc,
+      lines: doc.lines.map((line) =>
+        line.name === name ? { ...line, [end]: point(...to) } : line,
+      ),
+    };
   }
   const arc = doc.arcs.find((a) => a.name === name);
   if (!arc) return doc;
   if (part === "radius") return withRadius(doc, name, apart(to, arc.centre));
-  const deg = Math.round((Math.atan2(to[1] - arc.centre[1], to[0] - arc.centre[0]) * 180) / Math.PI),
+  const deg = Math.round(
+      (Math.atan2(to[1] - arc.centre[1], to[0] - arc.centre[0]) * 180) / Math.PI,
+    ),
     { start_deg: start, end_deg: end } = arc; // the other end stays; this one within a turn of it
   return part === "start"
     ? withArc(doc, name, { start_deg: end - ((((end - deg) % 360) + 360) % 360 || 360) })
@@ -184,7 +203,11 @@ export function withSize(doc, length, width, how) {
   const sx = length / doc.length_mm,
     sy = width / doc.width_mm,
     scale = how === "scale" ? Math.sqrt(sx * sy) : 1; // of circles: the same, whichever side is typed first
-  const along = (/** @type {number} */ v, /** @type {number} */ before, /** @type {number} */ now) => {
+  const along = (
+    /** @type {number} */ v,
+    /** @type {number} */ before,
+    /** @type {number} */ now,
+  ) => {
     if (how === "scale") return (v * now) / before;
     return Math.abs(v) > (FAR * before) / 2 ? v + (Math.sign(v) * (now - before)) / 2 : v;
   };

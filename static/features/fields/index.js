@@ -7,7 +7,13 @@ import { FieldForm } from "./panels/field_form.js";
 import { FieldsPage } from "./panels/fields_page.js";
 import { Markings } from "./panels/markings.js";
 
-const EDITOR = { Form: FieldForm, Main: EditorPage, Report: Markings, nextStep: editorNextStep, behind: "fields" };
+const EDITOR = {
+  Form: FieldForm,
+  Main: EditorPage,
+  Report: Markings,
+  nextStep: editorNextStep,
+  behind: "fields",
+};
 
 /** @type {import("../../core/features.js").Feature<"fields" | "new-field" | "field-editor">} */
 export const fields = {

@@ -54,7 +54,10 @@ async function adjust(path, body) {
   measuring.value = true;
   refusal.value = null;
   try {
-    const answer = await call("POST", path, { ...body, field: { ...sentOf(doc), name: doc.name || "new" } });
+    const answer = await call("POST", path, {
+      ...body,
+      field: { ...sentOf(doc), name: doc.name || "new" },
+    });
     if (history.doc.value !== doc) return; // it was changed meanwhile
     const { name, title } = doc,
       moved = docOf(answer.field);

@@ -6,9 +6,13 @@ import { t } from "../../core/words.js";
 import { openAsNew } from "./editor.js";
 
 export const proposing = signal(false);
-const refused = signal(/** @type {{ of: string, why: import("../../core/types").Refusal } | null} */ (null));
+const refused = signal(
+  /** @type {{ of: string, why: import("../../core/types").Refusal } | null} */ (null),
+);
 /** Why none was proposed from the image that is shown. */
-export const notProposed = computed(() => (refused.value?.of === snapshot.value?.id ? refused.value?.why : null));
+export const notProposed = computed(() =>
+  refused.value?.of === snapshot.value?.id ? refused.value?.why : null,
+);
 
 /** @param {number} length between the goal lines, mm */
 export async function proposeField(length) {
@@ -17,7 +21,10 @@ export async function proposeField(length) {
   proposing.value = true;
   refused.value = null;
   try {
-    const { field, sentence } = await call("POST", "/fields/proposed", { snapshot: picture, length_mm: length });
+    const { field, sentence } = await call("POST", "/fields/proposed", {
+      snapshot: picture,
+      length_mm: length,
+    });
     if (snapshot.value?.id !== picture) return; // it was left
     await openAsNew({ ...field, name: "", title: "" }, picture);
     notify({ level: "info", text: sentence, fix: t("field-editor.proposed.fix") });

@@ -5,7 +5,17 @@ import { fields, notices, notify, notifyError } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { docOf, markOf, sentOf } from "./document.js";
-import { KEPT, chosen, history, isShipped, opened, proposedFrom, refusal, saving, theirs } from "./editor.js";
+import {
+  KEPT,
+  chosen,
+  history,
+  isShipped,
+  opened,
+  proposedFrom,
+  refusal,
+  saving,
+  theirs,
+} from "./editor.js";
 
 /**
  * @typedef {import("../../core/types").Field} Field
@@ -29,7 +39,9 @@ export async function saveField() {
   saving.value = true;
   refusal.value = theirs.value = null;
   const name = it.name || doc.name,
-    headers = /** @type {Record<string, string>} */ (it.etag ? { "If-Match": it.etag } : { "If-None-Match": "*" });
+    headers = /** @type {Record<string, string>} */ (
+      it.etag ? { "If-Match": it.etag } : { "If-None-Match": "*" }
+    );
   try {
     const response = await request("PUT", `/fields/${encodeURIComponent(name)}`, {
         json: sentOf(doc),
@@ -64,7 +76,10 @@ export async function saveField() {
 /** Tell why the server took or computed nothing. @param {unknown} error */
 export function refuse(error) {
   if (error instanceof Problem && error.status === 412) {
-    theirs.value = { field: error.body.current, etag: error.body.etag ? `"${error.body.etag}"` : "" };
+    theirs.value = {
+      field: error.body.current,
+      etag: error.body.etag ? `"${error.body.etag}"` : "",
+    };
     return;
   }
   if (error instanceof ServerUnreachable) {
@@ -100,7 +115,9 @@ export async function deleteField() {
     doc = history.doc.value;
   if (!it?.name || !doc) return;
   try {
-    await request("DELETE", `/fields/${encodeURIComponent(it.name)}`, { headers: { "If-Match": it.etag } });
+    await request("DELETE", `/fields/${encodeURIComponent(it.name)}`, {
+      headers: { "If-Match": it.etag },
+    });
   } catch (error) {
     return refuse(error);
   }
@@ -118,7 +135,12 @@ export async function deleteField() {
 /** @param {FieldDoc} doc */
 async function putBack(doc) {
   try {
-    await take(await request("PUT", `/fields/${doc.name}`, { json: sentOf(doc), headers: { "If-None-Match": "*" } }));
+    await take(
+      await request("PUT", `/fields/${doc.name}`, {
+        json: sentOf(doc),
+        headers: { "If-None-Match": "*" },
+      }),
+    );
   } catch (error) {
     notifyError(error);
   }

@@ -27,9 +27,16 @@ function markAt(doc, p, reach) {
     away: apart(at, p),
   }));
   const painted = [
-    ...doc.lines.filter((l) => !l.off).map((l) => ({ kind: "line", name: l.name, away: fromLine(p, l) })),
-    ...doc.arcs.filter((a) => !a.off).map((a) => ({ kind: "arc", name: a.name, away: fromArc(p, a) })),
-  ].map(({ kind, name, away }) => ({ mark: /** @type {import("./types").Mark} */ ({ kind, name }), away }));
+    ...doc.lines
+      .filter((l) => !l.off)
+      .map((l) => ({ kind: "line", name: l.name, away: fromLine(p, l) })),
+    ...doc.arcs
+      .filter((a) => !a.off)
+      .map((a) => ({ kind: "arc", name: a.name, away: fromArc(p, a) })),
+  ].map(({ kind, name, away }) => ({
+    mark: /** @type {import("./types").Mark} */ ({ kind, name }),
+    away,
+  }));
   const nearest = (/** @type {typeof spots} */ all, /** @type {number} */ within) =>
     all.filter(({ away }) => away < within).toSorted((a, b) => a.away - b.away)[0]?.mark;
   return nearest(spots, reach / 2) ?? nearest(painted, reach) ?? null;
@@ -48,14 +55,16 @@ function down(at) {
         .filter((g) => apart(g.at, p) < reach)
         .toSorted((a, b) => apart(a.at, p) - apart(b.at, p))[0];
   const hit = grip?.mark ?? markAt(doc, p, reach);
-  if (!grip && hit && !includes(chosen.value, hit)) chosen.value = at.shift ? [...chosen.value, hit] : [hit];
+  if (!grip && hit && !includes(chosen.value, hit))
+    chosen.value = at.shift ? [...chosen.value, hit] : [hit];
   else if (!grip && hit && at.shift) chosen.value = chosen.value.filter((m) => !includes([hit], m));
   drag = { start: doc, from: at, grip: grip ?? null, isPan: !hit || isShipped.value, moved: false };
 }
 
 /** @param {At} at */
 function move(at) {
-  if (!drag || (!drag.moved && Math.hypot(at.x - drag.from.x, at.y - drag.from.y) < STILL_PX)) return;
+  if (!drag || (!drag.moved && Math.hypot(at.x - drag.from.x, at.y - drag.from.y) < STILL_PX))
+    return;
   drag.moved = true;
   if (drag.isPan) {
     viewport.panBy(at.x - drag.from.x, at.y - drag.from.y);

@@ -43,7 +43,9 @@ export const STOPS = [
         .slice(0, 3)
         .map(({ id, name }) => [
           name,
-          statuses.value[id] ? t("help.stop.camera.rate", { rate: number(statuses.value[id].fps) }) : "–",
+          statuses.value[id]
+            ? t("help.stop.camera.rate", { rate: number(statuses.value[id].fps) })
+            : "–",
         ]),
   },
   {
@@ -62,7 +64,9 @@ export const STOPS = [
       [t("help.stop.picture.field"), field.value?.title ?? "–"],
       [
         t("help.stop.picture.part"),
-        region.value ? `${number(region.value.width_mm, 0)} × ${number(region.value.height_mm, 0)} mm` : "–",
+        region.value
+          ? `${number(region.value.width_mm, 0)} × ${number(region.value.height_mm, 0)} mm`
+          : "–",
       ],
     ],
   },
@@ -84,7 +88,11 @@ export const STOPS = [
     more: "points.md",
     done: () => BORDERS.every((b) => pointsOf(doc.value, b).length >= POINTS_ADVISED),
     text: t("help.stop.borders.text", { points: POINTS_ADVISED }),
-    numbers: () => BORDERS.map((b) => [lineTitle(b), t("common.points", { count: pointsOf(doc.value, b).length })]),
+    numbers: () =>
+      BORDERS.map((b) => [
+        lineTitle(b),
+        t("common.points", { count: pointsOf(doc.value, b).length }),
+      ]),
   },
   {
     id: "verdict",
@@ -112,7 +120,8 @@ export const STOPS = [
       [t("help.stop.warnings.warnings"), String(report()?.warnings.length ?? "–")],
       ...(report()
         ?.warnings.slice(0, 1)
-        .map((w) => /** @type {[string, string]} */ ([t("help.stop.warnings.first"), w.text])) ?? []),
+        .map((w) => /** @type {[string, string]} */ ([t("help.stop.warnings.first"), w.text])) ??
+        []),
     ],
   },
   {
@@ -167,7 +176,10 @@ export const STOPS = [
     done: () => isSaved.value,
     text: t("help.stop.save.text"),
     numbers: () => [
-      [t("help.stop.save.version"), version.value ? String(version.value.version) : t("help.stop.save.none")],
+      [
+        t("help.stop.save.version"),
+        version.value ? String(version.value.version) : t("help.stop.save.none"),
+      ],
     ],
   },
   {
@@ -255,5 +267,6 @@ export const leaveTour = () => {
 /** @param {number} by */
 export function go(by) {
   const at = tour.value.at + by;
-  tour.value = at >= STOPS.length ? { on: false, at: 0 } : { on: true, at: Math.max(firstStop(), at) };
+  tour.value =
+    at >= STOPS.length ? { on: false, at: 0 } : { on: true, at: Math.max(firstStop(), at) };
 }

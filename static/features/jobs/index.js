@@ -7,6 +7,11 @@ import { JobsPage } from "./panels/jobs.js";
 export const jobs = {
   start: [startJobs],
   views: {
-    jobs: { addresses: ["system/jobs"], label: t("shell.view.jobs"), Main: JobsPage, tabs: { system: 2 } },
+    jobs: {
+      addresses: ["system/jobs"],
+      label: t("shell.view.jobs"),
+      Main: JobsPage,
+      tabs: { system: 2 },
+    },
   },
 };

@@ -12,7 +12,8 @@ export const jobs = signal(/** @type {JobInList[] | null} */ (null));
 export const isConnected = signal(false);
 
 /** @param {JobInList} job */
-export const isOver = (job) => job.state === "done" || job.state === "failed" || job.state === "cancelled";
+export const isOver = (job) =>
+  job.state === "done" || job.state === "failed" || job.state === "cancelled";
 export const running = computed(() => (jobs.value ?? []).filter((job) => !isOver(job)));
 
 /** Hear of all jobs from now on. */

@@ -17,7 +17,9 @@ import { activateCalibration } from "../versions/activate.js";
 const LOOK_MS = 2000;
 
 export const publishing = signal(/** @type {Publishing | null} */ (null));
-export const receivedGeometry = signal(/** @type {import("./types").ReceivedGeometry | null} */ (null));
+export const receivedGeometry = signal(
+  /** @type {import("./types").ReceivedGeometry | null} */ (null),
+);
 const changes = requestOrder(),
   underway = signal(0);
 /** The ETag of the settings on show, and the end of the changes that are under way: each is made from the last. */
@@ -41,7 +43,10 @@ export const { start: followNetwork } = polling(refreshNetwork, () =>
 export async function refreshNetwork() {
   const isStill = changes.since();
   try {
-    const [found, others] = await Promise.all([request("GET", "/publishing"), call("GET", "/publishing/heard")]);
+    const [found, others] = await Promise.all([
+      request("GET", "/publishing"),
+      call("GET", "/publishing/heard"),
+    ]);
     receivedGeometry.value = others;
     const state = await found.json();
     if (!isStill()) return; // it is older than what was asked for since
@@ -63,7 +68,10 @@ export async function setPublishing(wanted) {
   underway.value += 1;
   queue = queue.then(async () => {
     try {
-      const answer = await request("PUT", "/publishing", { json: wanted, headers: seen ? { "If-Match": seen } : {} });
+      const answer = await request("PUT", "/publishing", {
+        json: wanted,
+        headers: seen ? { "If-Match": seen } : {},
+      });
       seen = etagOf(answer);
       const now = await answer.json();
       if (isNewest()) publishing.value = now;
@@ -91,7 +99,8 @@ export async function saveReceived(sender, camera, name) {
       sha256: sender.sha256,
     });
     const activate = async () => {
-      if (await activateCalibration({ id: made.id, version: made.version, camera: name })) await refreshNetwork();
+      if (await activateCalibration({ id: made.id, version: made.version, camera: name }))
+        await refreshNetwork();
     };
     notify({
       level: "info",

@@ -26,7 +26,8 @@ export function pictureList(before, purpose, changed) {
     changed();
   };
   /** @param {string} key @param {Partial<UploadedPicture>} changes */
-  const mark = (key, changes) => set(pictures.value.map((p) => (p.key === key ? { ...p, ...changes } : p)));
+  const mark = (key, changes) =>
+    set(pictures.value.map((p) => (p.key === key ? { ...p, ...changes } : p)));
 
   /** @param {string} key @param {File} file */
   async function send(key, file) {
@@ -36,7 +37,10 @@ export function pictureList(before, purpose, changed) {
     body.append("file", file, file.name);
     body.append("purpose", purpose);
     try {
-      mark(key, { state: "kept", id: (await (await request("POST", "/snapshots", { body })).json()).id });
+      mark(key, {
+        state: "kept",
+        id: (await (await request("POST", "/snapshots", { body })).json()).id,
+      });
     } catch (error) {
       const { message, fix = "" } = /** @type {{ message: string, fix?: string }} */ (error);
       mark(key, { state: "refused", why: `${message} ${fix}` });
@@ -57,11 +61,18 @@ export function pictureList(before, purpose, changed) {
         ...pictures.value,
         ...waiting.map(
           ({ file, key }) =>
-            /** @type {UploadedPicture} */ ({ key, name: file.name, state: "waiting", id: "", why: "" }),
+            /** @type {UploadedPicture} */ ({
+              key,
+              name: file.name,
+              state: "waiting",
+              id: "",
+              why: "",
+            }),
         ),
       ];
       const upload = async () => {
-        for (let next = waiting.shift(); next; next = waiting.shift()) await send(next.key, next.file);
+        for (let next = waiting.shift(); next; next = waiting.shift())
+          await send(next.key, next.file);
       };
       await Promise.all(Array.from({ length: AT_ONCE }, upload));
     },

@@ -15,6 +15,11 @@ export const library = {
       tabs: { cameras: 2 },
       nextStep: cameraNextStep,
     },
-    images: { addresses: ["library/images"], label: t("shell.view.images"), Main: ImagesPage, tabs: { library: 1 } },
+    images: {
+      addresses: ["library/images"],
+      label: t("shell.view.images"),
+      Main: ImagesPage,
+      tabs: { library: 1 },
+    },
   },
 };

@@ -53,6 +53,7 @@ export const LIVE_ACTIONS = [
     label: t("live.action.keep-camera"),
     group: "pictures",
     run: () => void saveCamera(),
-    enabled: () => Boolean(form.value?.values.id) && testedSource.value?.source === form.value?.values.source,
+    enabled: () =>
+      Boolean(form.value?.values.id) && testedSource.value?.source === form.value?.values.source,
   },
 ];

@@ -23,7 +23,9 @@ export const cameraView = signal(
 export const form = signal(/** @type {{ values: CameraForm, etag: string } | null} */ (null));
 /** The picture of the source that was tried, and for which address. */
 export const testedSource = signal(
-  /** @type {{ source: string, picture: string, width: number, height: number, fps: number } | null} */ (null),
+  /** @type {{ source: string, picture: string, width: number, height: number, fps: number } | null} */ (
+    null
+  ),
 );
 export const sourceTest = signal(/** @type {AbortController | null} */ (null));
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
@@ -32,13 +34,17 @@ export const controls = signal(
   /** @type {{ id: string, items: import("../../core/types").Control[] } | null} */ (null),
 );
 /** What is plugged in; null before anybody looked. */
-export const discoveredCameras = signal(/** @type {{ address: string, title: string }[] | null} */ (null));
+export const discoveredCameras = signal(
+  /** @type {{ address: string, title: string }[] | null} */ (null),
+);
 export const sourceKinds = signal(/** @type {import("../../core/types").SourceKind[]} */ ([]));
 
 /** Whether its live picture is what is looked at. */
 export const atLive = computed(() => route.value.view === "live");
 /** The camera that the page is at. */
-export const openedCamera = computed(() => (route.value.place === "cameras" ? namedCamera.value : null));
+export const openedCamera = computed(() =>
+  route.value.place === "cameras" ? namedCamera.value : null,
+);
 export const status = computed(() =>
   openedCamera.value ? (statuses.value[openedCamera.value.id] ?? null) : null,
 );
@@ -47,7 +53,13 @@ export const status = computed(() =>
 export const formNextStep = computed(() => {
   const values = form.value?.values;
   if (namedCamera.value?.editable === false)
-    return { action: "", label: "", missing: "", done: false, sentence: t("live.next.in-settings-file") };
+    return {
+      action: "",
+      label: "",
+      missing: "",
+      done: false,
+      sentence: t("live.next.in-settings-file"),
+    };
   if (values && testedSource.value?.source === values.source)
     return {
       action: "keep-camera",
@@ -59,7 +71,11 @@ export const formNextStep = computed(() => {
   return {
     action: "try-camera",
     label: t("live.action.try-camera.short"),
-    missing: sourceTest.value ? t("live.next.being-tried") : values?.source ? "" : t("live.next.say-source"),
+    missing: sourceTest.value
+      ? t("live.next.being-tried")
+      : values?.source
+        ? ""
+        : t("live.next.say-source"),
     done: false,
     sentence: t("live.next.say-and-try"),
   };
@@ -136,8 +152,11 @@ async function openForm(camera) {
   const from = route.value;
   try {
     void discoverCameras();
-    if (!sourceKinds.value.length) sourceKinds.value = (await call("GET", "/cameras/sources")).items;
-    const etag = camera ? ((await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "") : "";
+    if (!sourceKinds.value.length)
+      sourceKinds.value = (await call("GET", "/cameras/sources")).items;
+    const etag = camera
+      ? ((await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "")
+      : "";
     if (route.value !== from) return;
     form.value = {
       values: camera
@@ -167,7 +186,8 @@ export async function discoverCameras() {
 }
 
 /** Back from the form. */
-export const closeForm = () => (form.value?.etag ? go("live", { camera: form.value.values.id }) : go("wall"));
+export const closeForm = () =>
+  form.value?.etag ? go("live", { camera: form.value.values.id }) : go("wall");
 
 /** @param {Partial<CameraForm>} changes */
 export function setFormValue(changes) {
@@ -205,7 +225,9 @@ export async function saveCamera() {
         ? request("PATCH", `/cameras/${id}`, { json: rest, headers: { "If-Match": it.etag } })
         : request("POST", "/cameras", { json: it.values })
     ).then((a) => a.json());
-    cameras.value = it.etag ? cameras.value.map((c) => (c.id === id ? kept : c)) : [...cameras.value, kept];
+    cameras.value = it.etag
+      ? cameras.value.map((c) => (c.id === id ? kept : c))
+      : [...cameras.value, kept];
     goInstead("live", { camera: kept.id });
     void refreshStatuses();
   } catch (error) {
@@ -216,7 +238,11 @@ export async function saveCamera() {
 /** @param {Camera} camera */
 export async function removeCamera(camera) {
   try {
-    await changeSeen("DELETE", `/cameras/${camera.id}`, (now) => now.updated_at === camera.updated_at);
+    await changeSeen(
+      "DELETE",
+      `/cameras/${camera.id}`,
+      (now) => now.updated_at === camera.updated_at,
+    );
     cameras.value = cameras.value.filter((c) => c.id !== camera.id);
     goInstead("wall");
     const again = () =>
@@ -270,10 +296,15 @@ export async function setControl(name, value) {
   const at = controls.value;
   if (!at) return;
   try {
-    const { items } = await call("PATCH", `/cameras/${at.id}/controls`, { controls: { [name]: value } });
+    const { items } = await call("PATCH", `/cameras/${at.id}/controls`, {
+      controls: { [name]: value },
+    });
     const [set] = items;
     if (controls.value?.id === at.id)
-      controls.value = { ...at, items: controls.value.items.map((c) => (c.name === name ? set : c)) };
+      controls.value = {
+        ...at,
+        items: controls.value.items.map((c) => (c.name === name ? set : c)),
+      };
   } catch (error) {
     controls.value = { ...at }; // draw the old value again
     notifyError(error);

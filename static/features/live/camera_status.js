@@ -35,7 +35,9 @@ async function look() {
     if (answer.restored > restored) location.reload(); // what was read before may be gone
     ({ items, fields: revision, restored } = answer);
   } catch {
-    statuses.value = Object.fromEntries(Object.entries(statuses.value).map(([id, it]) => [id, lost(it)]));
+    statuses.value = Object.fromEntries(
+      Object.entries(statuses.value).map(([id, it]) => [id, lost(it)]),
+    );
     return;
   }
   statuses.value = Object.fromEntries(items.map((it) => [it.id, it]));

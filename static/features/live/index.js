@@ -14,7 +14,12 @@ export const live = {
   actions: LIVE_ACTIONS,
   start: [startCameraForm],
   views: {
-    wall: { addresses: ["cameras"], label: t("shell.place.cameras"), Main: Wall, Report: Readiness },
+    wall: {
+      addresses: ["cameras"],
+      label: t("shell.place.cameras"),
+      Main: Wall,
+      Report: Readiness,
+    },
     "new-camera": { addresses: ["cameras/new"], label: t("shell.view.new-camera"), ...FORM },
     live: {
       addresses: ["cameras/:camera/live"],

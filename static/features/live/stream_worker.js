@@ -6,9 +6,11 @@ import { createWarp } from "../../canvas/warp.js";
 
 /** @type {OffscreenCanvas} */ let canvas;
 /** @type {OffscreenCanvas | undefined} of the corrected half, where the two are drawn apart */ let second;
-/** @type {Map<OffscreenCanvas, OffscreenCanvasRenderingContext2D | null>} */ const pens = new Map();
+/** @type {Map<OffscreenCanvas, OffscreenCanvasRenderingContext2D | null>} */ const pens =
+  new Map();
 /** @type {WebSocket | null} */ let socket = null;
-/** @type {import("../../core/types").Mesh | null} what makes a corrected picture of the raw one */ let mesh = null;
+/** @type {import("../../core/types").Mesh | null} what makes a corrected picture of the raw one */ let mesh =
+  null;
 /** @type {ReturnType<typeof createWarp>} */ let warp = null;
 /** @type {number[]} */ const times_ms = [];
 let address = "",
@@ -107,7 +109,8 @@ function correct(picture) {
   if (times_ms.length >= TIMED_FRAMES) return;
   warp.finish();
   times_ms.push(performance.now() - begun);
-  if (times_ms.length === TIMED_FRAMES) postMessage({ frame_ms: times_ms.toSorted((a, b) => a - b)[1] });
+  if (times_ms.length === TIMED_FRAMES)
+    postMessage({ frame_ms: times_ms.toSorted((a, b) => a - b)[1] });
 }
 
 /** @param {ImageBitmap} picture @param {import("../../core/types").LiveHead} head */
@@ -130,7 +133,9 @@ async function show() {
     newest = null;
     let picture = null;
     try {
-      const image = new Blob([/** @type {Uint8Array<ArrayBuffer>} */ (payload)], { type: "image/jpeg" });
+      const image = new Blob([/** @type {Uint8Array<ArrayBuffer>} */ (payload)], {
+        type: "image/jpeg",
+      });
       picture = await createImageBitmap(image);
     } catch (error) {
       if (!hasDrawn) postMessage({ undrawn: String(error) }); // else the next one is a picture again

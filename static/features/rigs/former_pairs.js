@@ -30,10 +30,18 @@ async function lead(left, right) {
       }),
     );
     if (!isHere()) return;
-    const why = !a || !b ? "no-camera" : a === b ? "one-camera" : a.field && a.field === b.field ? "" : "no-field";
+    const why =
+      !a || !b
+        ? "no-camera"
+        : a === b
+          ? "one-camera"
+          : a.field && a.field === b.field
+            ? ""
+            : "no-field";
     if (!a || !b || why) {
       goInstead("field");
-      if (why) notify({ level: "warn", text: t(`rig.former.${why}`), fix: t(`rig.former.${why}.fix`) });
+      if (why)
+        notify({ level: "warn", text: t(`rig.former.${why}`), fix: t(`rig.former.${why}.fix`) });
       return;
     }
     const { name, cameras: members } = await rigOf(a, b),
@@ -51,7 +59,8 @@ async function lead(left, right) {
 async function rigOf(a, b) {
   await loadRigs();
   const there = rigs.value.find(
-    ({ cameras: all }) => all.length === 2 && all.every((c) => c.camera === a.id || c.camera === b.id),
+    ({ cameras: all }) =>
+      all.length === 2 && all.every((c) => c.camera === a.id || c.camera === b.id),
   );
   if (there) return there;
   const json = {

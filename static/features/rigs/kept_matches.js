@@ -21,7 +21,11 @@ export function kept(key) {
 /** Those that are matched in two images, whichever was the left one. @param {string} a @param {string} b */
 export function matchesIn(a, b) {
   const turned = () =>
-    read(matchesKey(b, a))?.matches?.map((/** @type {Match} */ m) => ({ a: m.b, b: m.a, z_mm: m.z_mm }));
+    read(matchesKey(b, a))?.matches?.map((/** @type {Match} */ m) => ({
+      a: m.b,
+      b: m.a,
+      z_mm: m.z_mm,
+    }));
   return /** @type {Match[]} */ (read(matchesKey(a, b))?.matches ?? turned() ?? []);
 }
 
@@ -49,18 +53,27 @@ export function isOf(changed, key) {
 export function sentOf(a, b, all) {
   const told = all.filter(isComplete);
   if (told.length === 0) return null;
-  return { a, b, points_a: told.map((m) => m.a), points_b: told.map((m) => m.b), z_mm: told.map((m) => m.z_mm) };
+  return {
+    a,
+    b,
+    points_a: told.map((m) => m.a),
+    points_b: told.map((m) => m.b),
+    z_mm: told.map((m) => m.z_mm),
+  };
 }
 
 /** All that a rig's check takes. @param {Pick<import("./types").Rig, "name" | "cameras">} rig */
 export const matchesOf = ({ name, cameras }) =>
-  twos(cameras.map((c) => c.camera)).flatMap(([a, b]) => sentOf(a, b, kept(keyOf(name, a, b)).matches) ?? []);
+  twos(cameras.map((c) => c.camera)).flatMap(
+    ([a, b]) => sentOf(a, b, kept(keyOf(name, a, b)).matches) ?? [],
+  );
 
 /** @typedef {import("../../core/types").Point} Point @param {Match} m @returns {m is Match & { a: Point, b: Point }} */
 export const isComplete = (m) => m.a !== null && m.b !== null;
 
 /** Each two of them, in their order. @template T @param {T[]} all @returns {[T, T][]} */
-export const twos = (all) => all.flatMap((a, i) => all.slice(i + 1).map((b) => /** @type {[T, T]} */ ([a, b])));
+export const twos = (all) =>
+  all.flatMap((a, i) => all.slice(i + 1).map((b) => /** @type {[T, T]} */ ([a, b])));
 
 /** @param {string} name */
 function read(name) {

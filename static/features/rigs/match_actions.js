@@ -4,8 +4,26 @@ import { help } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { isOn } from "../../canvas/viewport.js";
 import { nudgeOf } from "../calibrate/point_actions.js";
-import { addMatchPoint, choose, chooseNext, chosenPoint, nudgeChosen, removeMatch } from "./matches.js";
-import { atDesk, both, chosen, desk, members, pictures, pointed, side, takePictures, views } from "./match_desk.js";
+import {
+  addMatchPoint,
+  choose,
+  chooseNext,
+  chosenPoint,
+  nudgeChosen,
+  removeMatch,
+} from "./matches.js";
+import {
+  atDesk,
+  both,
+  chosen,
+  desk,
+  members,
+  pictures,
+  pointed,
+  side,
+  takePictures,
+  views,
+} from "./match_desk.js";
 import { worstMatch } from "./match_lines.js";
 import { search } from "./rig.js";
 

@@ -41,25 +41,36 @@ export const complete = computed(() => desk.doc.value.matches.filter(isComplete)
 /** The two cameras that the address names, as the rig has them; null where it has no such two. */
 export const members = computed(() => {
   const { left, right } = route.value,
-    [a, b] = (atDesk.value && rig.value?.cameras.filter((c) => c.camera === left || c.camera === right)) || [];
+    [a, b] =
+      (atDesk.value && rig.value?.cameras.filter((c) => c.camera === left || c.camera === right)) ||
+      [];
   return a && b ? { a, b } : null;
 });
 const key = computed(() =>
-  rig.value && members.value ? keyOf(rig.value.name, members.value.a.camera, members.value.b.camera) : "",
+  rig.value && members.value
+    ? keyOf(rig.value.name, members.value.a.camera, members.value.b.camera)
+    : "",
 );
 /** Under which key the document is kept. */
 const opened = signal("");
 
 /** How high robot tops are over the rig's field, mm. */
-export const hatMm = computed(() => fields.value.find((f) => f.name === rig.value?.field)?.hat_height_mm ?? HAT_MM);
+export const hatMm = computed(
+  () => fields.value.find((f) => f.name === rig.value?.field)?.hat_height_mm ?? HAT_MM,
+);
 
 /** What the check says of the two. */
 export const checked = computed(
-  () => found.value?.pairs.find((p) => p.a === members.value?.a.camera && p.b === members.value?.b.camera) ?? null,
+  () =>
+    found.value?.pairs.find(
+      (p) => p.a === members.value?.a.camera && p.b === members.value?.b.camera,
+    ) ?? null,
 );
 /** With what matches they were checked; null where there were none. */
 export const sent = computed(
-  () => rigCheck.value?.matches.find((m) => m.a === checked.value?.a && m.b === checked.value.b) ?? null,
+  () =>
+    rigCheck.value?.matches.find((m) => m.a === checked.value?.a && m.b === checked.value.b) ??
+    null,
 );
 /** Whether they were checked with other matches than those of now. */
 export const isChanged = computed(() => {
@@ -74,7 +85,10 @@ export const other = (s) => (s === "a" ? "b" : "a");
 export const wanted = computed(() => {
   const { matches } = desk.doc.value,
     waits = (/** @type {Match | undefined} */ m) => m !== undefined && !isComplete(m),
-    index = chosen.value && waits(matches[chosen.value.index]) ? chosen.value.index : matches.findIndex(waits);
+    index =
+      chosen.value && waits(matches[chosen.value.index])
+        ? chosen.value.index
+        : matches.findIndex(waits);
   return index < 0
     ? { index: matches.length, side: /** @type {Side} */ ("a"), isNew: true }
     : { index, side: /** @type {Side} */ (matches[index].a ? "b" : "a"), isNew: false };
@@ -88,9 +102,14 @@ export const matchNextStep = computed(() => {
   if (!both.value) return step("take-match-images", t("rig.match.take"), t("rig.match.step.take"));
   const verdict = checked.value?.verdict,
     isCurrent = Boolean(verdict) && !isChanged.value;
-  return step("check-rig", verdict ? t("rig.step.check-again") : t("rig.check"), sentence(it, isCurrent), {
-    done: isCurrent && verdict?.level === "good",
-  });
+  return step(
+    "check-rig",
+    verdict ? t("rig.step.check-again") : t("rig.check"),
+    sentence(it, isCurrent),
+    {
+      done: isCurrent && verdict?.level === "good",
+    },
+  );
 });
 
 /** @param {NonNullable<typeof members.value>} cameras @param {boolean} isCurrent whether these matches were checked */
@@ -100,7 +119,9 @@ function sentence(cameras, isCurrent) {
   if (without) return t("rig.match.step.uncalibrated", { camera: cameras[without].title });
   if (!isNew) return t(`rig.match.step.click.${lacking}`, { point: index + 1 });
   if (isCurrent) return t("rig.match.step.checked");
-  return complete.value ? t("rig.match.step.check", { count: complete.value }) : t("rig.match.step.first");
+  return complete.value
+    ? t("rig.match.step.check", { count: complete.value })
+    : t("rig.match.step.first");
 }
 
 /** An image from each of the two; matches of those before come back with undo. */
@@ -109,7 +130,9 @@ export async function takePictures() {
     it = members.value;
   if (!it || search.value) return;
   const take = (/** @type {Side} */ s, /** @type {AbortSignal} */ stop) =>
-    request("POST", "/snapshots", { json: { camera: it[s].camera }, stop }).then((answer) => answer.json());
+    request("POST", "/snapshots", { json: { camera: it[s].camera }, stop }).then((answer) =>
+      answer.json(),
+    );
   await watch(
     (stop) =>
       Promise.all(SIDES.map((s) => take(s, stop))).catch((error) => {
@@ -169,6 +192,7 @@ export function startMatches() {
     if (opened.value && !dragging.value) keep(opened.value, doc.value);
   });
   addEventListener("storage", (event) => {
-    if (opened.value && isOf(event.key, opened.value) && !desk.dragging.value) desk.change(kept(opened.value));
+    if (opened.value && isOf(event.key, opened.value) && !desk.dragging.value)
+      desk.change(kept(opened.value));
   });
 }

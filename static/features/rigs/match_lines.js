@@ -2,7 +2,17 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { atDesk, checked, chosen, desk, members, other, pointed, sent, views } from "./match_desk.js";
+import {
+  atDesk,
+  checked,
+  chosen,
+  desk,
+  members,
+  other,
+  pointed,
+  sent,
+  views,
+} from "./match_desk.js";
 
 /** @typedef {import("./types").Side} Side @typedef {import("./types").Match} Match */
 
@@ -27,7 +37,11 @@ const figures = computed(() => {
     ]),
   );
 });
-const UNKNOWN = { px: /** @type {number | null} */ (null), mm: /** @type {number | null} */ (null), isMistake: false };
+const UNKNOWN = {
+  px: /** @type {number | null} */ (null),
+  mm: /** @type {number | null} */ (null),
+  isMistake: false,
+};
 /** Of each match: its distance from its lines, how far apart it is placed, and whether it contradicts the others. */
 export const matchErrors = computed(() =>
   desk.doc.value.matches.map(
@@ -38,7 +52,10 @@ export const matchErrors = computed(() =>
 /** The match that is worst: farthest from its line, else farthest apart; -1 where nothing is known. */
 export const worstMatch = computed(() => {
   const by = (/** @type {"px" | "mm"} */ what) =>
-    matchErrors.value.reduce((best, it, i, all) => ((it[what] ?? -1) > (all[best]?.[what] ?? -1) ? i : best), -1);
+    matchErrors.value.reduce(
+      (best, it, i, all) => ((it[what] ?? -1) > (all[best]?.[what] ?? -1) ? i : best),
+      -1,
+    );
   return by("px") >= 0 ? by("px") : by("mm");
 });
 
@@ -56,7 +73,9 @@ export const hoveredMatch = computed(() => {
 
 /** Whose epipolar lines are drawn: the match under the pointer, else the chosen one. */
 export const linedMatch = computed(
-  () => (pointed.value?.down ? chosen.value?.index : (hoveredMatch.value ?? chosen.value?.index)) ?? null,
+  () =>
+    (pointed.value?.down ? chosen.value?.index : (hoveredMatch.value ?? chosen.value?.index)) ??
+    null,
 );
 
 const linesWanted = computed(() => {
@@ -73,12 +92,15 @@ const linesWanted = computed(() => {
   };
   return { index, body };
 });
-const drawn = signal(/** @type {{ index: number | null, lines: import("./types").PairLines } | null} */ (null));
+const drawn = signal(
+  /** @type {{ index: number | null, lines: import("./types").PairLines } | null} */ (null),
+);
 
 /** To draw now: in each image the line of the match's point in the other one, and where that one is predicted. */
 export const epipolarLines = computed(() => {
   const it = drawn.value,
-    match = it && it.index === linesWanted.value?.index ? desk.doc.value.matches[it.index ?? -1] : null;
+    match =
+      it && it.index === linesWanted.value?.index ? desk.doc.value.matches[it.index ?? -1] : null;
   const of = (/** @type {Side} */ s) =>
     match?.[other(s)]
       ? { line: it?.lines[`in_${s}`]?.[0] ?? null, place: it?.lines[`place_in_${s}`]?.[0] ?? null }
@@ -86,14 +108,16 @@ export const epipolarLines = computed(() => {
   return { a: of("a"), b: of("b") };
 });
 
-const ask = latestWins(async (/** @type {NonNullable<typeof linesWanted.value>} */ { index, body }) => {
-  try {
-    drawn.value = { index, lines: await call("POST", "/pairs/lines", body) };
-  } catch (error) {
-    // why there are none is said by the rig and its check
-    if (!(error instanceof ServerUnreachable)) drawn.value = null;
-  }
-});
+const ask = latestWins(
+  async (/** @type {NonNullable<typeof linesWanted.value>} */ { index, body }) => {
+    try {
+      drawn.value = { index, lines: await call("POST", "/pairs/lines", body) };
+    } catch (error) {
+      // why there are none is said by the rig and its check
+      if (!(error instanceof ServerUnreachable)) drawn.value = null;
+    }
+  },
+);
 
 /** Ask for lines as they are wanted, from now on. */
 export function startMatchLines() {

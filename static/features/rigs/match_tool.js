@@ -47,7 +47,8 @@ export function matchTool(s) {
 
   /** @param {At} at */
   function move(at) {
-    if (!drag || (!drag.moved && Math.hypot(at.x - drag.from.x, at.y - drag.from.y) < STILL_PX)) return;
+    if (!drag || (!drag.moved && Math.hypot(at.x - drag.from.x, at.y - drag.from.y) < STILL_PX))
+      return;
     drag.moved = true;
     const [x0, y0] = views[s].toPicture(drag.from.x, drag.from.y),
       [x, y] = views[s].toPicture(at.x, at.y);

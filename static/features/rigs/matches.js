@@ -1,6 +1,16 @@
 // Edits matches: click, move, nudge, remove, select. A match is one thing, a point in each image.
 import { pointOn } from "../../canvas/viewport.js";
-import { SIDES, chosen, desk, nextHeight, other, pictures, side, views, wanted } from "./match_desk.js";
+import {
+  SIDES,
+  chosen,
+  desk,
+  nextHeight,
+  other,
+  pictures,
+  side,
+  views,
+  wanted,
+} from "./match_desk.js";
 
 /**
  * @typedef {import("./types").Side} Side
@@ -21,7 +31,10 @@ const withMatch = ({ matches, ...before }, index, changes) => ({
 export function withClick(before, s, at) {
   const point = pointOn(pictures.value[s], ...at),
     next = wanted.value,
-    waits = !next.isNew && next.side === s ? next.index : before.matches.findIndex((m) => !m[s] && m[other(s)]);
+    waits =
+      !next.isNew && next.side === s
+        ? next.index
+        : before.matches.findIndex((m) => !m[s] && m[other(s)]);
   if (waits >= 0) return { next: withMatch(before, waits, { [s]: point }), index: waits };
   const fresh = { a: null, b: null, z_mm: nextHeight.value, [s]: point };
   return { next: { ...before, matches: [...before.matches, fresh] }, index: before.matches.length };
@@ -30,7 +43,9 @@ export function withClick(before, s, at) {
 /** @param {MatchDoc} before @param {Side} s @param {number} index @param {number} dx @param {number} dy */
 export function withMoved(before, s, index, dx, dy) {
   const point = before.matches[index]?.[s];
-  return point ? withMatch(before, index, { [s]: pointOn(pictures.value[s], point[0] + dx, point[1] + dy) }) : before;
+  return point
+    ? withMatch(before, index, { [s]: pointOn(pictures.value[s], point[0] + dx, point[1] + dy) })
+    : before;
 }
 
 /** The chosen point, if it is still there. */

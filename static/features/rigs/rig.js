@@ -22,11 +22,15 @@ const AGAIN_MS = 2500,
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
 export const stitched = signal(
-  /** @type {{ of: string, info: Stitched | null, refusal: Refusal | null, at: number } | null} */ (null),
+  /** @type {{ of: string, info: Stitched | null, refusal: Refusal | null, at: number } | null} */ (
+    null
+  ),
 );
 /** The newest check, of which rig it was, and with what matches. */
 export const rigCheck = signal(
-  /** @type {{ of: string, matches: import("./types").SentMatches[], found: Checked } | null} */ (null),
+  /** @type {{ of: string, matches: import("./types").SentMatches[], found: Checked } | null} */ (
+    null
+  ),
 );
 export const plane = signal(/** @type {"carpet" | "hat"} */ ("carpet"));
 export const showMap = signal(true);
@@ -35,16 +39,16 @@ export const draftRefusal = signal(/** @type {Refusal | null} */ (null));
 export const { search, refusal, watch } = longWork();
 
 /** The rig that the address names; "" a new one, null none. */
-const name = computed(() =>
-  route.value.rig || (route.value.view === "new-rig" ? "" : null),
-);
+const name = computed(() => route.value.rig || (route.value.view === "new-rig" ? "" : null));
 export const rig = computed(() => rigs.value.find((r) => r.name === name.value) ?? null);
 export const found = computed(() =>
   rigCheck.value && rigCheck.value.of === name.value ? rigCheck.value.found : null,
 );
 /** Cameras that have other rectangles than the rig. */
 export const others = computed(() =>
-  (rig.value?.cameras ?? []).filter((c) => c.troubles.some(({ reason }) => reason === "other-rectangles")),
+  (rig.value?.cameras ?? []).filter((c) =>
+    c.troubles.some(({ reason }) => reason === "other-rectangles"),
+  ),
 );
 /** The pair whose cameras are furthest apart on the plane that is shown. */
 export const worst = computed(() => {
@@ -53,7 +57,8 @@ export const worst = computed(() => {
     return at ? [{ pair: p, at }] : [];
   });
   return known.reduce(
-    (/** @type {typeof known[0] | null} */ best, it) => (!best || it.at.max_mm > best.at.max_mm ? it : best),
+    (/** @type {typeof known[0] | null} */ best, it) =>
+      !best || it.at.max_mm > best.at.max_mm ? it : best,
     null,
   );
 });
@@ -75,11 +80,14 @@ export const step = (action, label, sentence, { missing = "", done = false } = {
 export const rigNextStep = computed(() => {
   const missing = lacking.value,
     verdict = found.value?.verdict;
-  if (!name.value) return step("make-rig", t("rig.make"), missing || t("rig.step.ready"), { missing });
+  if (!name.value)
+    return step("make-rig", t("rig.make"), missing || t("rig.step.ready"), { missing });
   if (!rig.value) return step("step-camera", t("rig.step.back"), t("rig.step.no-such"));
   if (search.value) return stopStep();
   return verdict
-    ? step("check-rig", t("rig.step.check-again"), verdict.sentence, { done: verdict.level === "good" })
+    ? step("check-rig", t("rig.step.check-again"), verdict.sentence, {
+        done: verdict.level === "good",
+      })
     : step("check-rig", t("rig.check"), t("rig.step.unchecked"));
 });
 /** While something runs. */
@@ -89,8 +97,7 @@ export const stopStep = () =>
 /** What the form still wants. */
 const lacking = computed(() => {
   const { name: called, field, cameras: chosen } = draft.value;
-  if (!/^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$/.test(called))
-    return t("rig.lacking.name");
+  if (!/^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$/.test(called)) return t("rig.lacking.name");
   if (!field) return t("rig.lacking.field");
   return chosen.length ? "" : t("rig.lacking.cameras");
 });
@@ -131,7 +138,9 @@ function beginDraft() {
 export const chooseField = (field) =>
   setDraft({
     field,
-    cameras: cameras.value.filter((c) => c.field === field).map((c) => ({ camera: c.id, region: c.region })),
+    cameras: cameras.value
+      .filter((c) => c.field === field)
+      .map((c) => ({ camera: c.id, region: c.region })),
   });
 
 export async function makeRig() {
@@ -148,7 +157,11 @@ export async function makeRig() {
 /** @param {Rig} it */
 export async function removeRig(it) {
   try {
-    await changeSeen("DELETE", `/rigs/${encodeURIComponent(it.name)}`, (now) => now.updated_at === it.updated_at);
+    await changeSeen(
+      "DELETE",
+      `/rigs/${encodeURIComponent(it.name)}`,
+      (now) => now.updated_at === it.updated_at,
+    );
     rigs.value = rigs.value.filter((r) => r.name !== it.name);
     goInstead("wall");
     notify({ level: "info", text: t("rig.notice.removed", { rig: it.title || it.name }), fix: "" });
@@ -162,7 +175,10 @@ export async function removeRig(it) {
 export async function takeStitched(tries = TRIES) {
   const of = name.value;
   if (!of) return;
-  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then(
+  const taken = await call(
+    "GET",
+    `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`,
+  ).then(
     (info) => ({ info, refusal: null }),
     (error) => ({ info: null, refusal: toRefusal(error) }),
   );
@@ -191,7 +207,8 @@ export async function checkRig() {
   const of = it.name,
     matches = matchesOf(it);
   await watch(
-    (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, { matches }, stop, onProgress),
+    (stop, onProgress) =>
+      runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, { matches }, stop, onProgress),
     async (result) => {
       rigCheck.value = { of, matches, found: result };
       await loadRigs();
@@ -207,7 +224,11 @@ export async function refitRig() {
   await watch(
     (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/refit`, {}, stop, onProgress),
     (/** @type {{ calibrations: string[] }} */ { calibrations: { length: count } }) =>
-      notify({ level: "info", text: t("rig.notice.refitted", { count }), fix: t("rig.notice.refitted.fix") }),
+      notify({
+        level: "info",
+        text: t("rig.notice.refitted", { count }),
+        fix: t("rig.notice.refitted.fix"),
+      }),
   );
 }
 

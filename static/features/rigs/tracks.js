@@ -17,7 +17,9 @@ export const following = signal(false);
 /** The newest of the rig on show. */
 export const tracks = signal(/** @type {Tracks | null} */ (null));
 /** Why there is none. */
-export const tracksRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+export const tracksRefusal = signal(
+  /** @type {import("../../core/types").Refusal | null} */ (null),
+);
 /** The rig on show; points may be matched in two of its cameras meanwhile. */
 const atRig = computed(() => (route.value.view === "rig" ? (rig.value?.name ?? null) : null));
 const wanted = computed(() => (following.value && online.value ? atRig.value : null));

@@ -4,7 +4,8 @@ import { t } from "../../core/words.js";
 import { version } from "../versions/versions.js";
 import { changeView, firstScene, shownScene } from "./scene.js";
 
-const atScene = () => route.value.view === "scene" && shownScene.value !== null && !shownScene.value.boards;
+const atScene = () =>
+  route.value.view === "scene" && shownScene.value !== null && !shownScene.value.boards;
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const SCENE_ACTIONS = [

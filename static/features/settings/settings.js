@@ -29,10 +29,12 @@ export async function fetchSettings() {
 }
 
 /** What this browser keeps of ours. */
-export const storedKeys = () => Object.keys(localStorage).filter((key) => key.startsWith("touchline"));
+export const storedKeys = () =>
+  Object.keys(localStorage).filter((key) => key.startsWith("touchline"));
 
 /** Forget preferences and lists, but no clicks that the server has not got. */
 export function forgetPreferences() {
-  for (const key of storedKeys()) if (!key.startsWith("touchline.draft.")) localStorage.removeItem(key);
+  for (const key of storedKeys())
+    if (!key.startsWith("touchline.draft.")) localStorage.removeItem(key);
   location.reload();
 }

@@ -80,9 +80,18 @@ const ofActions = () =>
 export const results = computed(() => {
   const parts = wanted.value.toLowerCase().split(/\s+/).filter(Boolean);
   if (!isOpen.value) return [];
-  const all = [...ofPlaces(), ...ofCameras(), ...ofActions(), ...ofFields(), ...ofImages(), ...fetched.value];
+  const all = [
+    ...ofPlaces(),
+    ...ofCameras(),
+    ...ofActions(),
+    ...ofFields(),
+    ...ofImages(),
+    ...fetched.value,
+  ];
   return all
-    .filter(({ kind, label }) => parts.every((part) => `${kind} ${label}`.toLowerCase().includes(part)))
+    .filter(({ kind, label }) =>
+      parts.every((part) => `${kind} ${label}`.toLowerCase().includes(part)),
+    )
     .slice(0, SHOWN);
 });
 
@@ -102,10 +111,15 @@ const fetchVersions = () =>
       items
         .filter((/** @type {any} */ v) => v.snapshot)
         .map((/** @type {any} */ v) => {
-          const name = cameras.value.find((c) => c.id === v.camera)?.name ?? t("shell.palette.file");
+          const name =
+            cameras.value.find((c) => c.id === v.camera)?.name ?? t("shell.palette.file");
           const address = addressOf("calibrate", { picture: v.snapshot, step: "verify" });
           const key = v.active ? "shell.palette.version-active" : "shell.palette.version";
-          return to(t("shell.palette.kind.version"), t(key, { camera: name, version: v.version }), address);
+          return to(
+            t("shell.palette.kind.version"),
+            t(key, { camera: name, version: v.version }),
+            address,
+          );
         }),
     () => [],
   );

@@ -12,7 +12,12 @@ import { t } from "../../core/words.js";
 
 /** icon: a path on 24 × 24. @type {{ place: Place, view: View, label: string, icon: string }[]} */
 export const PLACES = [
-  { place: "cameras", view: "wall", label: t("shell.place.cameras"), icon: "M4 7h10v10H4zM14 11l6-3v8l-6-3" },
+  {
+    place: "cameras",
+    view: "wall",
+    label: t("shell.place.cameras"),
+    icon: "M4 7h10v10H4zM14 11l6-3v8l-6-3",
+  },
   {
     place: "field",
     view: "field",
@@ -25,12 +30,18 @@ export const PLACES = [
     label: t("shell.place.lenses"),
     icon: "M4 12a8 8 0 0 0 16 0a8 8 0 0 0-16 0M8.5 12a3.5 3.5 0 0 0 7 0a3.5 3.5 0 0 0-7 0",
   },
-  { place: "library", view: "images", label: t("shell.place.library"), icon: "M4 7h16M4 12h16M4 17h10" },
+  {
+    place: "library",
+    view: "images",
+    label: t("shell.place.library"),
+    icon: "M4 7h16M4 12h16M4 17h10",
+  },
   {
     place: "system",
     view: "publishing",
     label: t("shell.place.system"),
-    icon: "M9 12a3 3 0 0 0 6 0a3 3 0 0 0-6 0M12 4v2M12 18v2M4 12h2M18 12h2M6.3 6.3l1.5 1.5M16.2 16.2l1.5 1.5" +
+    icon:
+      "M9 12a3 3 0 0 0 6 0a3 3 0 0 0-6 0M12 4v2M12 18v2M4 12h2M18 12h2M6.3 6.3l1.5 1.5M16.2 16.2l1.5 1.5" +
       "M17.7 6.3l-1.5 1.5M7.8 16.2l-1.5 1.5",
   },
 ];

@@ -73,17 +73,25 @@ const ofImages = () =>
 /** @returns {Problem[]} */
 const ofJobs = () => {
   const failed = (jobs.value ?? []).filter(
-    (job) => isOver(job) && job.state === "failed" && Date.now() - Date.parse(job.ended_at ?? "") < FAILED_MS,
+    (job) =>
+      isOver(job) &&
+      job.state === "failed" &&
+      Date.now() - Date.parse(job.ended_at ?? "") < FAILED_MS,
   );
   if (!failed.length) return [];
   const text = t("shell.problem.jobs-failed", { count: failed.length });
   return [problem({ id: "jobs", level: "warn", place: "system", text, href: addressOf("jobs") })];
 };
 
-const AWAY = problem({ id: "away", text: t("common.server-silent"), fix: t("shell.problem.away.fix") });
+const AWAY = problem({
+  id: "away",
+  text: t("common.server-silent"),
+  fix: t("shell.problem.away.fix"),
+});
 
 /** What has become of it: its note says that. @param {string} kind @param {string | null} note */
-const whatOf = (kind, note) => (note !== null ? "set-aside" : kind === "missing" ? "missing" : "damaged");
+const whatOf = (kind, note) =>
+  note !== null ? "set-aside" : kind === "missing" ? "missing" : "damaged";
 
 /** What the server says of itself: its disk, its network, and records that were damaged. */
 export const serverProblems = computed(() => [
@@ -103,7 +111,9 @@ export const serverProblems = computed(() => [
 
 /** All of them, what stops a match first; what several say is told once. */
 export const problems = computed(() => {
-  const found = online.value ? [...ofSite(), ...serverProblems.value] : [AWAY, ...serverProblems.value];
+  const found = online.value
+    ? [...ofSite(), ...serverProblems.value]
+    : [AWAY, ...serverProblems.value];
   const all = [...found, ...ofImages(), ...ofJobs()];
   return all
     .filter(({ text }, i) => all.findIndex((it) => it.text === text) === i)

@@ -18,7 +18,9 @@ export const readiness = signal(
   /** @type {{ gate: import("../verify/types").Gate, items: Claim[] } | null} */ (null),
 );
 
-export const events = signal(/** @type {{ at: string, kind: string, text: string, by: string | null }[]} */ ([]));
+export const events = signal(
+  /** @type {{ at: string, kind: string, text: string, by: string | null }[]} */ ([]),
+);
 
 /** What it depends on and this page learns sooner. */
 const changes = computed(() =>

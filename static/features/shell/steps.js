@@ -3,7 +3,16 @@ import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { areaName, lineName, mm } from "../../core/format.js";
 import { route } from "../../core/route.js";
-import { active, camera, field, nextCamera, region, rotation, snapshot, step } from "../../core/state.js";
+import {
+  active,
+  camera,
+  field,
+  nextCamera,
+  region,
+  rotation,
+  snapshot,
+  step,
+} from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { withoutDetected } from "../automatic/detected_points.js";
 import { detectedAreas, fieldChoices, finding } from "../automatic/find_lines.js";
@@ -37,7 +46,8 @@ export const nextBorder = computed(() => {
 const fitted = computed(() => preview.value !== null && refusal.value === null);
 const isDetected = computed(
   () =>
-    doc.value.observations.length > 0 && withoutDetected(snapshot.value?.id, doc.value.observations).length === 0,
+    doc.value.observations.length > 0 &&
+    withoutDetected(snapshot.value?.id, doc.value.observations).length === 0,
 );
 const USABLE = new Set(["good", "fair"]);
 /** Whether the field was recognised, and points on its lines are sure and fit well: nothing is left to do here. */
@@ -101,7 +111,10 @@ function pointsState() {
     const key = missing < POINTS_ADVISED ? "shell.sentence.mark-more" : "shell.sentence.mark";
     return [false, t(key, { count: missing, border: lineName(border) })];
   }
-  return [false, refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : t("shell.sentence.computing")];
+  return [
+    false,
+    refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : t("shell.sentence.computing"),
+  ];
 }
 
 /** @returns {[boolean, string]} */
@@ -123,17 +136,25 @@ export const nextAction = computed(() => {
   switch (step.value) {
     case "":
       if (route.value.view !== "wall") return viewNextStep.value ?? thing("", "");
-      if (badCamera.value) return thing("fix-camera", t("shell.next.fix-camera", { camera: badCamera.value.name }));
+      if (badCamera.value)
+        return thing("fix-camera", t("shell.next.fix-camera", { camera: badCamera.value.name }));
       return nextCamera.value
         ? thing("take", t("common.calibrate-camera", { camera: nextCamera.value.name }))
         : thing("open", t("shell.next.open-image"));
     case "field":
-      if (finding.value) return thing("step-points", t("shell.next.detecting"), t("shell.next.detecting.missing"));
-      if (!region.value) return thing("step-points", t("shell.next.choose-field"), current.value.sentence);
+      if (finding.value)
+        return thing("step-points", t("shell.next.detecting"), t("shell.next.detecting.missing"));
+      if (!region.value)
+        return thing("step-points", t("shell.next.choose-field"), current.value.sentence);
       if (!isRecognised.value) return thing("step-points", t("shell.next.continue"));
-      return thing("save", t("shell.next.use-it"), stale.value ? t("shell.sentence.computing") : "");
+      return thing(
+        "save",
+        t("shell.next.use-it"),
+        stale.value ? t("shell.sentence.computing") : "",
+      );
     case "points": {
-      if (finding.value) return thing("step-verify", t("shell.next.detecting"), t("shell.next.detecting.missing"));
+      if (finding.value)
+        return thing("step-verify", t("shell.next.detecting"), t("shell.next.detecting.missing"));
       if (!region.value) return thing("step-field", t("shell.next.choose-field"));
       const [area, another] = detectedAreas.value;
       if (area && !fitted.value)
@@ -144,7 +165,11 @@ export const nextAction = computed(() => {
       if (!fitted.value && border && border !== active.value)
         return thing(`border-${border}`, t("shell.next.border", { border: lineName(border) }));
       if (isSaved.value) return thing("step-verify", t("shell.next.continue"));
-      return thing("save", t("shell.next.continue"), fitted.value && !stale.value ? "" : current.value.sentence);
+      return thing(
+        "save",
+        t("shell.next.continue"),
+        fitted.value && !stale.value ? "" : current.value.sentence,
+      );
     }
     default:
       if (!isSaved.value) return thing("step-points", t("shell.next.save-changes"));

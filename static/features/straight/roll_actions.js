@@ -80,7 +80,10 @@ export const ROLL_ACTIONS = [
     group: "pictures",
     run: () => void fitFromRolls("refined"),
     enabled: () =>
-      rollsCamera.value !== null && counted.value.length >= 3 && search.value === null && hasCorrected.value,
+      rollsCamera.value !== null &&
+      counted.value.length >= 3 &&
+      search.value === null &&
+      hasCorrected.value,
   },
   {
     id: "stop-rolls",

@@ -43,7 +43,10 @@ export const rollsCamera = computed(() => (route.value.view === "ball" ? namedCa
 export const hasCorrected = computed(() => Boolean(rollsResponse.value?.report?.corrected));
 /** Which numbers are shown. */
 export const view = computed(
-  () => /** @type {"raw" | "corrected"} */ (wantsCorrected.value && hasCorrected.value ? "corrected" : "raw"),
+  () =>
+    /** @type {"raw" | "corrected"} */ (
+      wantsCorrected.value && hasCorrected.value ? "corrected" : "raw"
+    ),
 );
 export const all = computed(() => rollsResponse.value?.report?.[view.value] ?? null);
 /** Newest first. */
@@ -58,7 +61,8 @@ export const canInclude = computed(() =>
 /** Of all rolls together: good, fair, poor, or unknown. */
 export const level = computed(() => {
   const { border_pct: value = null, border_sigma_pct: sigma = null } = all.value ?? {};
-  if (value === null || sigma === null || sigma > STANDARD_PCT || !all.value?.free) return "unknown";
+  if (value === null || sigma === null || sigma > STANDARD_PCT || !all.value?.free)
+    return "unknown";
   return Math.abs(value) <= 2 * sigma ? "good" : Math.abs(value) <= STANDARD_PCT ? "fair" : "poor";
 });
 

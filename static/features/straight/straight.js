@@ -17,7 +17,13 @@ const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
 /** The lens that is looked for. */
 export const kind = signal(/** @type {string} */ (before.kind ?? "auto"));
 const list = pictureList(before.pictures ?? [], "straight", () => keep());
-export const { pictures, ready, add: addEdgePictures, take: takeEdgePicture, remove: removePicture } = list;
+export const {
+  pictures,
+  ready,
+  add: addEdgePictures,
+  take: takeEdgePicture,
+  remove: removePicture,
+} = list;
 const work = longWork();
 export const { search, refusal } = work;
 /** What was found, from which pictures, by which job: the server keeps the report as long as the job. */
@@ -171,7 +177,8 @@ export function showStraight(straight) {
 async function straighten() {
   const picture = viewedPicture.value,
     lens = straightnessResult.value?.report.lens;
-  if (!shownPicture.value.straight || !picture || !lens || straightened.value?.of === picture.id) return;
+  if (!shownPicture.value.straight || !picture || !lens || straightened.value?.of === picture.id)
+    return;
   try {
     const answer = await request(
       "POST",

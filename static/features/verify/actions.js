@@ -21,7 +21,9 @@ export const activationNextStep = computed(() => {
     step = (/** @type {string} */ label, missing = "") => ({ action: "activate", label, missing });
   if (!isSaved.value) return step(name, t("verify.save-first"));
   if (gate.value === "wait") return step(t("verify.checking"), t("verify.not-complete"));
-  return step(gate.value === "problems" ? t("verify.activate-version-anyway", { version: number }) : name);
+  return step(
+    gate.value === "problems" ? t("verify.activate-version-anyway", { version: number }) : name,
+  );
 });
 
 /** @type {import("../../core/actions.js").Action[]} */

@@ -23,7 +23,9 @@ const former = computed(() => {
   return active === it?.id ? null : active;
 });
 /** What is to be checked: a version, beside the one that is active; "" while nobody looks. */
-const wanted = computed(() => (comparing.value && version.value ? `${version.value.id} ${former.value ?? ""}` : ""));
+const wanted = computed(() =>
+  comparing.value && version.value ? `${version.value.id} ${former.value ?? ""}` : "",
+);
 
 const found = signal(NOTHING);
 let stop = new AbortController();
@@ -38,7 +40,9 @@ export const gate = computed(() => shown.value.gate);
 /** How many checks stand against activation. */
 export const problemCount = computed(() => checks.value.filter((c) => c.isProblem).length);
 /** How many could not be made. */
-export const untestedCount = computed(() => checks.value.filter((c) => c.state === "unknown").length);
+export const untestedCount = computed(
+  () => checks.value.filter((c) => c.state === "unknown").length,
+);
 
 effect(() => {
   const of = wanted.value;
@@ -67,7 +71,10 @@ async function begin(of, it) {
     if (stopped.aborted) return;
     const refused = /** @type {Error} */ (error),
       failed = check({ ...looking, state: "unknown", text: refused.message });
-    show({ gate: "not-tested", items: [error instanceof Problem ? { ...failed, fix: error.fix } : failed, ...known] });
+    show({
+      gate: "not-tested",
+      items: [error instanceof Problem ? { ...failed, fix: error.fix } : failed, ...known],
+    });
     if (!(error instanceof Problem || error instanceof ServerUnreachable)) throw error;
   }
 }
@@ -82,7 +89,9 @@ function leave() {
 /** @param {Calibration} it @param {string} query @param {AbortSignal} stopped */
 async function claimsOf(it, query, stopped) {
   const answer = await get(`/calibrations/${it.id}/claims${query}`, stopped);
-  const items = answer.items.map((/** @type {import("./types").Claim} */ claim) => toCheck(claim, it));
+  const items = answer.items.map((/** @type {import("./types").Claim} */ claim) =>
+    toCheck(claim, it),
+  );
   return { gate: /** @type {Gate} */ (answer.gate), items: /** @type {Check[]} */ (items) };
 }
 
@@ -94,7 +103,9 @@ async function showChange(it, stopped, show) {
   const difference = await get(`/calibrations/${other}/difference/${it.id}.json`, stopped);
   const number = versions.value.find((v) => v.id === other)?.version;
   const from =
-    number === undefined ? t("verify.former.active") : t("verify.former.version", { version: number });
+    number === undefined
+      ? t("verify.former.active")
+      : t("verify.former.version", { version: number });
   show({ change: { from, difference } });
 }
 

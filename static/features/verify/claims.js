@@ -10,7 +10,14 @@ import { addressOf } from "../../core/route.js";
 
 /** A check with what is known of it. @param {Pick<Check, "id" | "state" | "title"> & Partial<Check>} known
  * @returns {Check} */
-export const check = (known) => ({ value: "", text: "", fix: "", href: "", isProblem: false, ...known });
+export const check = (known) => ({
+  value: "",
+  text: "",
+  fix: "",
+  href: "",
+  isProblem: false,
+  ...known,
+});
 
 /** @param {Claim} claim @param {At} [at] @returns {Check} */
 export const toCheck = (claim, at = {}) =>

@@ -25,7 +25,8 @@ let told = new Map();
 effect(() => {
   const now = new Map(cameras.value.map((c) => [c.id, c.active_calibration]));
   untracked(() => {
-    for (const [camera, id] of now) if (told.has(camera) && told.get(camera) !== id) noteActivated({ id, camera });
+    for (const [camera, id] of now)
+      if (told.has(camera) && told.get(camera) !== id) noteActivated({ id, camera });
   });
   told = now;
 });
@@ -41,15 +42,22 @@ export async function activateCalibration(it, despite = [], former = activeOf(it
   const camera = cameraOf(it);
   try {
     const seen = { headers: { "If-Match": former ?? "none" } };
-    await request("POST", `/calibrations/${it.id}/activate`, { json: { despite }, ...(camera ? seen : {}) });
+    await request("POST", `/calibrations/${it.id}/activate`, {
+      json: { despite },
+      ...(camera ? seen : {}),
+    });
   } catch (error) {
     if (error instanceof Problem && Array.isArray(error.body.claims))
-      return (await isWanted(it, error.body.claims)) && activateCalibration(it, error.body.despite, former);
+      return (
+        (await isWanted(it, error.body.claims)) &&
+        activateCalibration(it, error.body.despite, former)
+      );
     await refuse(it, error, despite);
     return false;
   }
   const at = cameras.value.findIndex((c) => c.id === camera?.id); // the list may be another one by now
-  if (at >= 0) cameras.value = cameras.value.with(at, { ...cameras.value[at], active_calibration: it.id });
+  if (at >= 0)
+    cameras.value = cameras.value.with(at, { ...cameras.value[at], active_calibration: it.id });
   if (!camera) noteActivated(it);
   notify({
     level: "info",
@@ -66,7 +74,8 @@ export async function activateCalibration(it, despite = [], former = activeOf(it
   return true;
 }
 
-const cameraOf = (/** @type {Activated} */ it) => cameras.value.find((c) => c.id === it.camera) ?? null;
+const cameraOf = (/** @type {Activated} */ it) =>
+  cameras.value.find((c) => c.id === it.camera) ?? null;
 const activeOf = (/** @type {Activated} */ it) => cameraOf(it)?.active_calibration ?? null;
 
 /** Ask whether it is to be activated in spite of these claims. @param {Activated} it @param {Claim[]} claims */

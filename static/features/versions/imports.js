@@ -27,7 +27,8 @@ export const ACCEPTED = SUFFIXES.map((suffix) => `.${suffix}`).join(",");
  * @param {{ name?: string, type: string }} file
  */
 export const isCalibrationFile = (file) =>
-  !file.type.startsWith("image/") && SUFFIXES.includes((file.name ?? "").toLowerCase().split(".").at(-1) ?? "");
+  !file.type.startsWith("image/") &&
+  SUFFIXES.includes((file.name ?? "").toLowerCase().split(".").at(-1) ?? "");
 
 /** Keep what a file holds, as a new version or a lens. @param {Blob & { name?: string }} file */
 export async function importFile(file) {

@@ -15,6 +15,11 @@ export const versions = {
       Report: VersionListReport,
       tabs: { cameras: 5, library: 2 },
     },
-    import: { addresses: ["library/import"], label: t("shell.view.import"), Main: ImportPage, tabs: { library: 4 } },
+    import: {
+      addresses: ["library/import"],
+      label: t("shell.view.import"),
+      Main: ImportPage,
+      tabs: { library: 4 },
+    },
   },
 };

@@ -20,7 +20,9 @@ const changeName = (change) =>
 export function changesInWords(changes) {
   const shown = changes.slice(0, NAMED).map(changeName),
     more = changes.length - shown.length;
-  return more ? t("versions.changes-and-more", { changes: shown.join(", "), count: more }) : shown.join(", ");
+  return more
+    ? t("versions.changes-and-more", { changes: shown.join(", "), count: more })
+    : shown.join(", ");
 }
 
 /**
@@ -32,7 +34,9 @@ export async function calibrateAgain(field, cameras) {
   if (search.value) return;
   await watch(
     async (stop, onProgress) => {
-      const started = await request("POST", `/fields/${encodeURIComponent(field)}/refit`, { json: { cameras } });
+      const started = await request("POST", `/fields/${encodeURIComponent(field)}/refit`, {
+        json: { cameras },
+      });
       return followJob(await started.json(), stop, onProgress);
     },
     async ({ calibrations }) => {

@@ -14,9 +14,7 @@ const PAGE = 50;
 export const versionList = signal(
   /**
    * @type {{ camera: string, items: Kept[], next: string | null, history: import("./types").Activation[] } | null}
-   */ (
-    null
-  ),
+   */ (null),
 );
 /** The two that are compared, the one chosen first being first. */
 export const comparedPair = signal(/** @type {string[]} */ ([]));
@@ -24,9 +22,7 @@ export const pairDifference = signal(
   /**
    * @type {{ ids: string, is: import("./types").VersionDifference | null, why: import("../../core/types").Refusal |
    *   null } | null}
-   */ (
-    null
-  ),
+   */ (null),
 );
 
 /** The camera whose versions are shown; "": versions of pictures from files. */
@@ -73,8 +69,15 @@ export async function loadMore() {
   const it = versionList.value;
   if (!it?.next) return;
   try {
-    const list = await call("GET", `/calibrations?brief=true&limit=${PAGE}&${query(it.camera)}&cursor=${it.next}`);
-    versionList.value = { ...it, items: [...it.items, ...own(list.items, it.camera)], next: list.next_cursor };
+    const list = await call(
+      "GET",
+      `/calibrations?brief=true&limit=${PAGE}&${query(it.camera)}&cursor=${it.next}`,
+    );
+    versionList.value = {
+      ...it,
+      items: [...it.items, ...own(list.items, it.camera)],
+      next: list.next_cursor,
+    };
   } catch (error) {
     notifyError(error);
   }
@@ -95,7 +98,8 @@ async function changing(deed) {
 
 // Another version may have become the active one, here or in a notice's Undo.
 effect(() => {
-  if (revision.value && untracked(() => versionList.value)) void loadVersionList(untracked(() => listedCamera.value));
+  if (revision.value && untracked(() => versionList.value))
+    void loadVersionList(untracked(() => listedCamera.value));
 });
 
 /** @param {Kept} it @param {string} note */

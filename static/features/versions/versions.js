@@ -27,7 +27,10 @@ export const isSaved = computed(() => {
     saved.region === now.region &&
     saved.rotate === rotation.value &&
     (now.model === null ? "model_choice" in saved.report : saved.model.name === now.model) &&
-    isEqual(given(saved.options), given(now.model === null ? optionsOf(saved.model.name, now.options) : now.options)) &&
+    isEqual(
+      given(saved.options),
+      given(now.model === null ? optionsOf(saved.model.name, now.options) : now.options),
+    ) &&
     isEqual(saved.observations.map(plain), fittedPoints(now).map(plain))
   );
 });
@@ -63,9 +66,14 @@ export async function saveVersion() {
     try {
       const camera = snapshot.value?.camera;
       const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}) };
-      const { calibration } = await runJob("/calibrations?job=true", body, stop.signal, ({ progress }) => {
-        busy.value = t("versions.saving-progress", { share: Math.round(100 * progress) });
-      });
+      const { calibration } = await runJob(
+        "/calibrations?job=true",
+        body,
+        stop.signal,
+        ({ progress }) => {
+          busy.value = t("versions.saving-progress", { share: Math.round(100 * progress) });
+        },
+      );
       const saved = await call("GET", `/calibrations/${calibration}`);
       const isLeft = () => snapshot.value?.id !== picture; // then it stands among that picture's versions
       if (isLeft()) return;

@@ -48,12 +48,17 @@ class OpenCvCamera:
         rotation, translation = np.array(self.rotation), np.array(self.translation_mm)
         rays = flat[:, 0] @ self.camera_from_field.T + translation
         if self.fisheye:
-            found, _ = cv2.fisheye.projectPoints(flat, rotation, translation, self.camera_matrix,
-                                                 np.array(self.distortion))
+            found, _ = cv2.fisheye.projectPoints(
+                flat, rotation, translation, self.camera_matrix, np.array(self.distortion)
+            )
         else:
-            found, _ = cv2.projectPoints(flat, rotation, translation, self.camera_matrix, np.array(self.distortion))
+            found, _ = cv2.projectPoints(
+                flat, rotation, translation, self.camera_matrix, np.array(self.distortion)
+            )
         pixels = np.asarray(found, np.float64).reshape(-1, 2)
-        pixels[(rays[:, 2] <= 0) | (np.hypot(rays[:, 0], rays[:, 1]) > self._limit * rays[:, 2])] = np.nan
+        pixels[
+            (rays[:, 2] <= 0) | (np.hypot(rays[:, 0], rays[:, 1]) > self._limit * rays[:, 2])
+        ] = np.nan
         if self.mirrored:
             pixels[:, 0] = self.size[0] - 1 - pixels[:, 0]
         return pixels.reshape(*points.shape[:-1], 2)
@@ -70,8 +75,13 @@ class OpenCvCamera:
             reach = (z_mm - height) / rays[:, 2]
             field = np.array([x, y]) + rays[:, :2] * reach[:, None]
             again = self.project(np.column_stack([field, np.full(len(field), z_mm)]))
-            known = np.abs(again - (pixels if not self.mirrored else
-                                    pixels * (-1, 1) + (self.size[0] - 1, 0))).max(axis=1) < 0.01
+            known = (
+                np.abs(
+                    again
+                    - (pixels if not self.mirrored else pixels * (-1, 1) + (self.size[0] - 1, 0))
+                ).max(axis=1)
+                < 0.01
+            )
         field[~((reach > 0) & known)] = np.nan
         return field
 
@@ -82,9 +92,16 @@ class OpenCvCamera:
             return np.all((pixels >= margin_px) & (pixels <= limit), axis=-1)
 
     def as_json(self) -> dict[str, Any]:
-        return {"size": list(self.size), "matrix": list(self.matrix), "distortion": list(self.distortion),
-                "rotation": list(self.rotation), "translation_mm": list(self.translation_mm),
-                "position_mm": self.position_mm.tolist(), "fisheye": self.fisheye, "mirrored": self.mirrored}
+        return {
+            "size": list(self.size),
+            "matrix": list(self.matrix),
+            "distortion": list(self.distortion),
+            "rotation": list(self.rotation),
+            "translation_mm": list(self.translation_mm),
+            "position_mm": self.position_mm.tolist(),
+            "fisheye": self.fisheye,
+            "mirrored": self.mirrored,
+        }
 
     def _distorted(self, plane: Array) -> Array:
         """Map the undistorted plane (n, 2), in focal lengths, to px before any mirroring."""
@@ -97,18 +114,31 @@ class OpenCvCamera:
         """Invert _distorted by Newton's method: OpenCV's own inverses do not converge near the edge of some lenses."""
         radii = np.linspace(0, min(self._limit, 20.0) * 0.999, 2000)
         fx, _, cx, cy = self.matrix
-        reached = np.linalg.norm(self._distorted(np.column_stack([radii, 0 * radii])) - (cx, cy), axis=1) / fx
+        reached = (
+            np.linalg.norm(self._distorted(np.column_stack([radii, 0 * radii])) - (cx, cy), axis=1)
+            / fx
+        )
         about = (pixels - (cx, cy)) / self.matrix[:2]
         wanted = np.linalg.norm(about, axis=1)
         plane = about * (np.interp(wanted, reached, radii) / np.maximum(wanted, 1e-12))[:, None]
         for _ in range(NEWTON_STEPS):
             step = DIFFERENCE * (1 + np.linalg.norm(plane, axis=1))
-            by_x, by_y = ((self._distorted(plane + aside) - self._distorted(plane - aside)) / (2 * step[:, None])
-                          for aside in (step[:, None] * axis for axis in np.eye(2)))
+            by_x, by_y = (
+                (self._distorted(plane + aside) - self._distorted(plane - aside))
+                / (2 * step[:, None])
+                for aside in (step[:, None] * axis for axis in np.eye(2))
+            )
             off = self._distorted(plane) - pixels
             det = by_x[:, 0] * by_y[:, 1] - by_y[:, 0] * by_x[:, 1]
-            move = np.column_stack([by_y[:, 1] * off[:, 0] - by_y[:, 0] * off[:, 1],
-                                    by_x[:, 0] * off[:, 1] - by_x[:, 1] * off[:, 0]]) / det[:, None]
+            move = (
+                np.column_stack(
+                    [
+                        by_y[:, 1] * off[:, 0] - by_y[:, 0] * off[:, 1],
+                        by_x[:, 0] * off[:, 1] - by_x[:, 1] * off[:, 0],
+                    ]
+                )
+                / det[:, None]
+            )
             with np.errstate(invalid="ignore"):
                 plane = plane - np.where(np.abs(move) < 1, move, 0)
         return plane
@@ -119,10 +149,17 @@ class OpenCvCamera:
         if self.fisheye:
             angles = np.linspace(0, np.pi / 2 - 0.02, 1201)
             a, b, c, d = self.distortion
-            falls = np.flatnonzero(np.diff(angles * (1 + angles**2 * (a + angles**2 * (b + angles**2 * (
-                c + angles**2 * d))))) <= 0)
+            falls = np.flatnonzero(
+                np.diff(
+                    angles
+                    * (1 + angles**2 * (a + angles**2 * (b + angles**2 * (c + angles**2 * d))))
+                )
+                <= 0
+            )
             return float(np.tan(angles[falls[0] if len(falls) else -1]))
         k1, k2, _, _, k3 = self.distortion
         radii = np.linspace(0, 6, 1201)
-        falls = np.flatnonzero(np.diff(radii * (1 + radii**2 * (k1 + radii**2 * (k2 + radii**2 * k3)))) <= 0)
+        falls = np.flatnonzero(
+            np.diff(radii * (1 + radii**2 * (k1 + radii**2 * (k2 + radii**2 * k3)))) <= 0
+        )
         return float(radii[falls[0]]) if len(falls) else np.inf

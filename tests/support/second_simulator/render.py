@@ -31,7 +31,11 @@ class Scene:
     paint: PaintedField
 
     def truth(self) -> dict[str, Any]:
-        return {"spec": self.spec.as_json(), "camera": self.camera.as_json(), "paint": self.paint.as_json()}
+        return {
+            "spec": self.spec.as_json(),
+            "camera": self.camera.as_json(),
+            "paint": self.paint.as_json(),
+        }
 
 
 def render(spec: SceneSpec, camera: OpenCvCamera | None = None, moment: int = 0) -> Scene:
@@ -41,11 +45,22 @@ def render(spec: SceneSpec, camera: OpenCvCamera | None = None, moment: int = 0)
     """
     rng = np.random.default_rng([spec.seed, 11])
     field, region, camera = fields()[spec.field], region_of(spec), camera or camera_of(spec)
-    straight = OpenCvCamera(camera.size, camera.matrix, camera.distortion, camera.rotation, camera.translation_mm,
-                            camera.fisheye)
+    straight = OpenCvCamera(
+        camera.size,
+        camera.matrix,
+        camera.distortion,
+        camera.rotation,
+        camera.translation_mm,
+        camera.fisheye,
+    )
     paint = painted(field, spec.paint, rng)
     x, y = _carpet(straight, spec, rng)
-    slopes = (np.gradient(x, axis=1), np.gradient(x, axis=0), np.gradient(y, axis=1), np.gradient(y, axis=0))
+    slopes = (
+        np.gradient(x, axis=1),
+        np.gradient(x, axis=0),
+        np.gradient(y, axis=1),
+        np.gradient(y, axis=0),
+    )
     with np.errstate(invalid="ignore"):
         beyond = ~(np.hypot(x, y) < 30_000) | ~np.isfinite(sum(slopes))
     x[beyond] = y[beyond] = 29_000.0
@@ -65,7 +80,14 @@ def render(spec: SceneSpec, camera: OpenCvCamera | None = None, moment: int = 0)
     width, height = spec.size
     light = light.reshape(height, SAMPLES, width, SAMPLES, 3).mean(axis=(1, 3))
     pixels = _sensor(_optics(light, spec), spec, rng)
-    return Scene(spec, np.ascontiguousarray(pixels[:, ::-1]) if spec.mirrored else pixels, camera, field, region, paint)
+    return Scene(
+        spec,
+        np.ascontiguousarray(pixels[:, ::-1]) if spec.mirrored else pixels,
+        camera,
+        field,
+        region,
+        paint,
+    )
 
 
 def _carpet(camera: OpenCvCamera, spec: SceneSpec, rng: np.random.Generator) -> tuple[Array, Array]:
@@ -85,7 +107,9 @@ def _carpet(camera: OpenCvCamera, spec: SceneSpec, rng: np.random.Generator) -> 
     lost = (np.abs(down) > 0) @ (~known).astype(float) @ (np.abs(across) > 0).T > 0
     x, y = (np.where(lost, np.nan, one) for one in fine)
     if spec.sensor.shake_px:  # of each row, by a mount that hums while the rows are read
-        sway = spec.sensor.shake_px * np.sin(np.arange(len(fine_y)) * rng.uniform(0.02, 0.2) + rng.uniform(0, 6))
+        sway = spec.sensor.shake_px * np.sin(
+            np.arange(len(fine_y)) * rng.uniform(0.02, 0.2) + rng.uniform(0, 6)
+        )
         for one in (x, y):
             one += np.gradient(one, axis=1) * SAMPLES * sway[:, None]
     return x, y
@@ -120,12 +144,19 @@ def _optics(light: NDArray[np.float32], spec: SceneSpec) -> NDArray[np.float32]:
         for channel, sign in ((0, -1), (2, 1)):  # blue smaller, red larger
             s = 1 + sign * optics.fringe
             affine = np.array([[s, 0, cx * (1 - s)], [0, s, cy * (1 - s)]])
-            sharp[..., channel] = cv2.warpAffine(np.ascontiguousarray(sharp[..., channel]), affine, (width, height),
-                                                 flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+            sharp[..., channel] = cv2.warpAffine(
+                np.ascontiguousarray(sharp[..., channel]),
+                affine,
+                (width, height),
+                flags=cv2.INTER_CUBIC,
+                borderMode=cv2.BORDER_REPLICATE,
+            )
     return sharp * (1 - optics.vignetting * radius**2)[..., None]
 
 
-def _sensor(light: NDArray[np.float32], spec: SceneSpec, rng: np.random.Generator) -> NDArray[np.uint8]:
+def _sensor(
+    light: NDArray[np.float32], spec: SceneSpec, rng: np.random.Generator
+) -> NDArray[np.uint8]:
     sensor = spec.sensor
     light = np.clip(light * (0.8 / max(float(np.percentile(light, 99.5)), 0.05)), 0, 1)
     shot = sensor.noise / 255 * np.sqrt(np.clip(light, 0.02, 1) / 0.5)
@@ -136,10 +167,16 @@ def _sensor(light: NDArray[np.float32], spec: SceneSpec, rng: np.random.Generato
         raw[1::2, 0::2], raw[1::2, 1::2] = light[1::2, 0::2, 1], light[1::2, 1::2, 2]
         # The names of OpenCV's patterns are those of the second row: blue first is its "RG".
         mosaic = np.rint(raw * 65535).astype(np.uint16)
-        light = cv2.cvtColor(mosaic, cv2.COLOR_BayerRG2BGR_EA).astype(np.float32) / np.float32(65535)
-    encoded = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)
+        light = cv2.cvtColor(mosaic, cv2.COLOR_BayerRG2BGR_EA).astype(np.float32) / np.float32(
+            65535
+        )
+    encoded = np.where(
+        light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055
+    )
     pixels = np.rint(np.clip(encoded, 0, 1) * 255).astype(np.uint8)
     if sensor.jpeg is not None:
-        pixels = cv2.imdecode(cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, sensor.jpeg])[1],
-                              cv2.IMREAD_COLOR)
+        pixels = cv2.imdecode(
+            cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, sensor.jpeg])[1],
+            cv2.IMREAD_COLOR,
+        )
     return pixels

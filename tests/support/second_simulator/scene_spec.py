@@ -113,25 +113,50 @@ def _drawn(seed: int, rng: np.random.Generator) -> SceneSpec:
     lens = REAL_LENSES[rng.integers(len(REAL_LENSES))]
     width = rng.uniform(*WIDTHS_MM.get(name, LARGE_WIDTHS_MM)) if rng.random() < 0.4 else None
     return SceneSpec(
-        seed, name, region, lens.name, size,
+        seed,
+        name,
+        region,
+        lens.name,
+        size,
         centre_px=(float(rng.normal(0, 0.012 * size[0])), float(rng.normal(0, 0.012 * size[0]))),
         aspect=float(1 + rng.normal(0, 0.002)),
         tilt_deg=float(rng.uniform(0, 8) if rng.random() < 0.4 else rng.uniform(0, 35)),
         towards_deg=float(rng.uniform(-180, 180)),
         mount_deg=float(rng.normal(0, 3) + (rng.choice([0, 180]) if rng.random() < 0.15 else 0)),
         height_mm=float(rng.uniform(*HEIGHTS_MM.get(name, HALL_MM))),
-        fill=float(rng.uniform(0.85, 0.97)), mirrored=False,
-        paint=PaintErrors(3.0, 10.0, float(rng.uniform(0, 4e-4)),
-                          float(rng.uniform(0, 0.5) * (rng.random() < 0.4)), float(rng.uniform(0, 0.6)), width),
-        optics=Optics(float(rng.uniform(0.5, 1.1)), float(rng.uniform(0, 0.8)), float(rng.uniform(0, 8e-4)),
-                      float(rng.uniform(0, 0.35))),
-        sensor=Sensor(float(rng.uniform(0.5, 4)), bool(rng.random() < 0.6),
-                      int(rng.integers(70, 97)) if rng.random() < 0.6 else None,
-                      float(rng.uniform(0, 0.15) * (rng.random() < 0.3))),
-        things=Things(int(rng.integers(0, 11)), int(rng.integers(1, 3) * (rng.random() < 0.25)),
-                      int(rng.random() < 0.25), bool(rng.random() < 0.4), bool(rng.random() < 0.6),
-                      bool(rng.random() < 0.4), int(rng.integers(1, 3) * (rng.random() < 0.3)),
-                      int(rng.integers(1, 4) * (rng.random() < 0.4))))
+        fill=float(rng.uniform(0.85, 0.97)),
+        mirrored=False,
+        paint=PaintErrors(
+            3.0,
+            10.0,
+            float(rng.uniform(0, 4e-4)),
+            float(rng.uniform(0, 0.5) * (rng.random() < 0.4)),
+            float(rng.uniform(0, 0.6)),
+            width,
+        ),
+        optics=Optics(
+            float(rng.uniform(0.5, 1.1)),
+            float(rng.uniform(0, 0.8)),
+            float(rng.uniform(0, 8e-4)),
+            float(rng.uniform(0, 0.35)),
+        ),
+        sensor=Sensor(
+            float(rng.uniform(0.5, 4)),
+            bool(rng.random() < 0.6),
+            int(rng.integers(70, 97)) if rng.random() < 0.6 else None,
+            float(rng.uniform(0, 0.15) * (rng.random() < 0.3)),
+        ),
+        things=Things(
+            int(rng.integers(0, 11)),
+            int(rng.integers(1, 3) * (rng.random() < 0.25)),
+            int(rng.random() < 0.25),
+            bool(rng.random() < 0.4),
+            bool(rng.random() < 0.6),
+            bool(rng.random() < 0.4),
+            int(rng.integers(1, 3) * (rng.random() < 0.3)),
+            int(rng.integers(1, 4) * (rng.random() < 0.4)),
+        ),
+    )
 
 
 def lens_of(spec: SceneSpec) -> RealLens:
@@ -151,12 +176,16 @@ def camera_of(spec: SceneSpec) -> OpenCvCamera:
     lens, region = lens_of(spec), region_of(spec)
     width, height = spec.size
     centre = ((width - 1) / 2 + spec.centre_px[0], (height - 1) / 2 + spec.centre_px[1])
-    corners = np.array([(x, y, 0.0) for x in np.linspace(*region.x_mm, 9) for y in np.linspace(*region.y_mm, 9)])
+    corners = np.array(
+        [(x, y, 0.0) for x in np.linspace(*region.x_mm, 9) for y in np.linspace(*region.y_mm, 9)]
+    )
     middle = np.array([np.mean(region.x_mm), np.mean(region.y_mm), 0.0])
     focal = lens.focal * width
     matrix = (focal, focal * spec.aspect, *centre)
     tilt, towards = np.radians(spec.tilt_deg), np.radians(spec.towards_deg)
-    ahead = np.array([np.sin(tilt) * np.cos(towards), np.sin(tilt) * np.sin(towards), -np.cos(tilt)])
+    ahead = np.array(
+        [np.sin(tilt) * np.cos(towards), np.sin(tilt) * np.sin(towards), -np.cos(tilt)]
+    )
     upright = np.radians(region.rotate_deg + spec.mount_deg)
     right = np.array([np.cos(upright), -np.sin(upright), 0.0])
     right = right - ahead * (right @ ahead)
@@ -166,8 +195,14 @@ def camera_of(spec: SceneSpec) -> OpenCvCamera:
     aim = middle.copy()
     for _ in range(12):  # aim so that what is seen lies in the middle of the picture
         position = aim - ahead * (spec.height_mm / -ahead[2])
-        camera = OpenCvCamera(spec.size, matrix, lens.distortion, vector, as_triple(-rotation @ position),
-                              lens.fisheye)
+        camera = OpenCvCamera(
+            spec.size,
+            matrix,
+            lens.distortion,
+            vector,
+            as_triple(-rotation @ position),
+            lens.fisheye,
+        )
         pixels = camera.project(corners)
         if not np.isfinite(pixels).any():
             break
@@ -182,12 +217,19 @@ def camera_of(spec: SceneSpec) -> OpenCvCamera:
 def feasible(spec: SceneSpec) -> bool:
     """Return whether that camera sees its region, large enough, and its markings wide enough."""
     camera, region, field = camera_of(spec), region_of(spec), fields()[spec.field]
-    edge = np.array([(x, y, 0.0) for x in np.linspace(*region.x_mm, 9) for y in np.linspace(*region.y_mm, 9)])
+    edge = np.array(
+        [(x, y, 0.0) for x in np.linspace(*region.x_mm, 9) for y in np.linspace(*region.y_mm, 9)]
+    )
     pixels = camera.project(edge)
     if not np.isfinite(pixels).all() or camera.inside(pixels).mean() < 0.80:
         return False
     rays = edge - camera.position_mm
-    if np.degrees(np.arccos((rays @ camera.camera_from_field[2]) / np.linalg.norm(rays, axis=1))).max() > WIDEST_DEG:
+    if (
+        np.degrees(
+            np.arccos((rays @ camera.camera_from_field[2]) / np.linalg.norm(rays, axis=1))
+        ).max()
+        > WIDEST_DEG
+    ):
         return False
     extent = np.ptp(pixels, axis=0) / np.array(spec.size)
     if extent.max() > 1.12 or extent.max() < 0.8:

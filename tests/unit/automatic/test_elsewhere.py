@@ -12,7 +12,9 @@ from touchline.core.field_json import field_from_json
 from touchline.core.records import Frame
 from touchline.models import model_from_json
 
-SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (1224, 1024), 5500.0, 10.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
+SPEC = SceneSpec(
+    3, "ssl-div-b", "full", "mild", (1224, 1024), 5500.0, 10.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0
+)
 OFF_MM = 60.0
 
 
@@ -28,7 +30,10 @@ def wider_areas(value) -> None:
     for line in value["lines"]:
         for end in ("from", "to") if line["name"].startswith("defence") else ():
             x, y = line[end]
-            line[end] = [x - np.sign(x) * OFF_MM * (abs(abs(x) - half) > 1), y + np.sign(y) * OFF_MM]
+            line[end] = [
+                x - np.sign(x) * OFF_MM * (abs(abs(x) - half) > 1),
+                y + np.sign(y) * OFF_MM,
+            ]
 
 
 def larger_circle(value) -> None:
@@ -38,6 +43,7 @@ def larger_circle(value) -> None:
 @pytest.fixture
 def answer(monkeypatch):
     """What is found with the field of the rules in a hall that is painted otherwise; with the calibration's error."""
+
     def of(change):
         as_painted = {**fields(), SPEC.field: field_from_json(painted(change))}
         with monkeypatch.context() as hall:
@@ -46,6 +52,7 @@ def answer(monkeypatch):
         field = fields()[SPEC.field]
         told, made = AutomaticRequest(field, field.region("full")).answer(Frame(scene.pixels))
         return told, None if made is None else error_mm(made, scene)
+
     return of
 
 
@@ -54,7 +61,9 @@ def test_areas_that_are_painted_elsewhere_are_named_and_not_the_light(answer):
     assert error is None and told["verdict"]["level"] == "unsure"
     assert [doubt["reason"] for doubt in told["doubts"]] == ["painted-elsewhere"]
     assert {line["feature"].split("-")[0] for line in told["elsewhere"]} == {"defence"}
-    assert len(told["elsewhere"]) >= 4 and all(abs(line["mm"] - OFF_MM) < 6 for line in told["elsewhere"])
+    assert len(told["elsewhere"]) >= 4 and all(
+        abs(line["mm"] - OFF_MM) < 6 for line in told["elsewhere"]
+    )
     assert "front line of the left defence area by" in told["verdict"]["sentence"]
     assert "light" not in told["verdict"]["fix"]
 
@@ -69,11 +78,16 @@ def test_where_the_other_lines_are_enough_it_is_a_remark(answer):
 
 def test_lines_that_are_where_the_field_has_them_are_not_named(answer):
     told, error = answer(lambda value: None)
-    assert error < 1.0 and told["elsewhere"] == [] and "elsewhere" not in told["verdict"]["sentence"]
+    assert (
+        error < 1.0 and told["elsewhere"] == [] and "elsewhere" not in told["verdict"]["sentence"]
+    )
 
 
 def test_a_line_that_the_camera_does_not_see_is_not_looked_for():
     scene = scene_of(replace(SPEC, region="half-left"))
     _, made = AutomaticRequest(scene.field, scene.region).answer(Frame(scene.pixels))
     model = model_from_json(made.model_name, made.model_parameters)
-    assert lines_elsewhere(model, scene.pixels[..., 0], scene.field, scene.region, ["goal-line-right"]) == []
+    assert (
+        lines_elsewhere(model, scene.pixels[..., 0], scene.field, scene.region, ["goal-line-right"])
+        == []
+    )

@@ -13,13 +13,18 @@ from touchline.core.geometry import ImageSize, with_z
 from touchline.core.records import Frame
 from touchline.models import field_from_raw, model_from_json
 
-SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
+SPEC = SceneSpec(
+    3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0
+)
 PAD_PX = 200  # about the picture: room for a floor of planks
 PLANKS = 9  # on each side
 FIELD = fields()[SPEC.field]
 REGION = FIELD.region(SPEC.region)
-PLACES = with_z(REGION.field_from_region(np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-                                         * np.array([REGION.width_mm, REGION.height_mm])))
+PLACES = with_z(
+    REGION.field_from_region(
+        np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * np.array([REGION.width_mm, REGION.height_mm])
+    )
+)
 
 
 @pytest.fixture(scope="module")
@@ -36,13 +41,19 @@ def corners():
 @pytest.fixture(scope="module")
 def planks(scene):
     """The picture on a floor whose long bright lines are more than are matched with the field."""
-    pixels = cv2.copyMakeBorder(scene.pixels, *4 * (PAD_PX,), cv2.BORDER_CONSTANT, value=(70, 70, 70))
+    pixels = cv2.copyMakeBorder(
+        scene.pixels, *4 * (PAD_PX,), cv2.BORDER_CONSTANT, value=(70, 70, 70)
+    )
     height, width = pixels.shape[:2]
     rng = np.random.default_rng(1)
     for at in 20 + 18 * np.arange(PLANKS):
         slope = int(rng.integers(-3, 4))
-        for ends in (((10, at), (width - 10, at + slope)), ((10, height - at), (width - 10, height - at + slope)),
-                     ((at, PAD_PX), (at, height - PAD_PX)), ((width - at, PAD_PX), (width - at, height - PAD_PX))):
+        for ends in (
+            ((10, at), (width - 10, at + slope)),
+            ((10, height - at), (width - 10, height - at + slope)),
+            ((at, PAD_PX), (at, height - PAD_PX)),
+            ((width - at, PAD_PX), (width - at, height - PAD_PX)),
+        ):
             cv2.line(pixels, *ends, (112, 112, 112), 2, cv2.LINE_AA)
     return np.clip(pixels + rng.normal(0, 2, pixels.shape), 0, 255).astype(np.uint8)
 

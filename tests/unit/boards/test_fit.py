@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, median_difference, views_of
+from tests.support.board_views import (
+    BOARD,
+    FISHEYE,
+    PLAIN,
+    SIZE,
+    TRUTH,
+    median_difference,
+    views_of,
+)
 from tests.support.tiers import rounds
 from touchline.boards.board import BoardView
 from touchline.boards.fit import board_model, fit_board, term_sets_for
@@ -50,22 +58,32 @@ def test_strays_are_left_out_and_cost_little():
 
 def test_wrong_views_are_left_out_whole_with_their_reason():
     views = list(views_of(count=14))
-    views[3] = BoardView(views[3].pixels[np.random.default_rng(0).permutation(100)], BOARD.places_mm, "muddled")
-    views[5] = BoardView(views[5].pixels + np.linspace(0, 25, 100)[:, None] * np.sin(np.arange(100))[:, None],
-                         BOARD.places_mm, "shaken")
+    views[3] = BoardView(
+        views[3].pixels[np.random.default_rng(0).permutation(100)], BOARD.places_mm, "muddled"
+    )
+    views[5] = BoardView(
+        views[5].pixels + np.linspace(0, 25, 100)[:, None] * np.sin(np.arange(100))[:, None],
+        BOARD.places_mm,
+        "shaken",
+    )
     views[7] = views[7].only(np.arange(100) < 4)
     views[9] = views[9].only(np.arange(100) < 10)
     views[11] = BoardView(views[11].pixels + 3000, BOARD.places_mm, "elsewhere")
     fit = fitted(views)
     assert {out.index: out.reason for out in fit.left_out} == {
-        3: "disagrees", 5: "disagrees", 7: "too-few-corners", 9: "corners-on-a-line", 11: "outside-picture"}
+        3: "disagrees",
+        5: "disagrees",
+        7: "too-few-corners",
+        9: "corners-on-a-line",
+        11: "outside-picture",
+    }
     assert "muddled" in fit.left_out[0].text and fit.used.sum() == 9
     assert fit.sigma_px == pytest.approx(0.2, abs=0.02)
 
 
-@pytest.mark.parametrize(("terms", "chosen"), [
-    ((0.0,) * 8, ()), ((-0.2,) + (0.0,) * 7, ("k1",)),
-    (TRUTH.terms, PLAIN)])  # p1 and p2 are there, and come with k3 on the ladder
+@pytest.mark.parametrize(
+    ("terms", "chosen"), [((0.0,) * 8, ()), ((-0.2,) + (0.0,) * 7, ("k1",)), (TRUTH.terms, PLAIN)]
+)  # p1 and p2 are there, and come with k3 on the ladder
 def test_the_simplest_terms_within_noise_are_chosen(terms, chosen):
     assert fitted(views_of(replace(TRUTH, terms=terms), 12)).terms == chosen
 
@@ -73,7 +91,9 @@ def test_the_simplest_terms_within_noise_are_chosen(terms, chosen):
 @rounds("seeds", 2, 12)
 def test_pure_chance_seldom_chooses_a_richer_lens(seeds):
     one = replace(TRUTH, terms=(-0.2,) + (0.0,) * 7)
-    assert sum(fitted(views_of(one, 15, seed=s)).terms != ("k1",) for s in range(seeds)) <= seeds // 12
+    assert (
+        sum(fitted(views_of(one, 15, seed=s)).terms != ("k1",) for s in range(seeds)) <= seeds // 12
+    )
 
 
 def test_given_terms_are_taken_as_they_are():
@@ -83,7 +103,9 @@ def test_given_terms_are_taken_as_they_are():
 
 
 def test_unequal_focal_lengths_are_found():
-    assert fitted(views_of(replace(TRUTH, aspect=1.03), 12)).lens.aspect == pytest.approx(1.03, abs=1e-3)
+    assert fitted(views_of(replace(TRUTH, aspect=1.03), 12)).lens.aspect == pytest.approx(
+        1.03, abs=1e-3
+    )
 
 
 def test_a_held_centre_stays_in_the_middle_and_a_held_aspect_at_one():
@@ -97,23 +119,43 @@ def test_a_held_centre_stays_in_the_middle_and_a_held_aspect_at_one():
 def test_predicted_sigma_is_what_seeds_scatter_by(seeds):
     """Median over the picture of the predicted and the sampled error, 40 seeds: within 30 %, for so few scatter by
     11 % (the bench: 200, 10 %)."""
-    pixels = np.stack(np.meshgrid(np.linspace(100, 1180, 8), np.linspace(80, 944, 6)), -1).reshape(-1, 2)
+    pixels = np.stack(np.meshgrid(np.linspace(100, 1180, 8), np.linspace(80, 944, 6)), -1).reshape(
+        -1, 2
+    )
     fits = [fitted(views_of(count=12, seed=s), terms=list(PLAIN)) for s in seeds]
     seen = np.array([lens_difference(TRUTH, f.lens, pixels) for f in fits])
     sampled = np.sqrt(np.mean(np.sum(seen**2, axis=-1), axis=0))
-    predicted = np.sqrt(np.mean([expected_px(lens_sensitivity(f.lens, f.lens.estimated, pixels),
-                                             np.array(f.lens.covariance)) ** 2 for f in fits], axis=0))
+    predicted = np.sqrt(
+        np.mean(
+            [
+                expected_px(
+                    lens_sensitivity(f.lens, f.lens.estimated, pixels), np.array(f.lens.covariance)
+                )
+                ** 2
+                for f in fits
+            ],
+            axis=0,
+        )
+    )
     assert np.median(sampled / predicted) == pytest.approx(1.0, abs=0.3)
 
 
-@pytest.mark.parametrize("views, reason", [
-    (lambda: (), "too-few-views"),
-    (lambda: views_of(count=2), "too-few-views"),
-    (lambda: [v.only(np.arange(100) < 10) for v in views_of(count=5)], "too-few-views"),
-    (lambda: views_of(count=1) * 8, "too-few-views"),
-    (lambda: [BoardView(v.pixels, v.places_mm + np.outer(np.arange(100), [0, 0, 3.0]), "") for v in views_of(count=5)],
-     "board-not-flat"),
-])
+@pytest.mark.parametrize(
+    "views, reason",
+    [
+        (lambda: (), "too-few-views"),
+        (lambda: views_of(count=2), "too-few-views"),
+        (lambda: [v.only(np.arange(100) < 10) for v in views_of(count=5)], "too-few-views"),
+        (lambda: views_of(count=1) * 8, "too-few-views"),
+        (
+            lambda: [
+                BoardView(v.pixels, v.places_mm + np.outer(np.arange(100), [0, 0, 3.0]), "")
+                for v in views_of(count=5)
+            ],
+            "board-not-flat",
+        ),
+    ],
+)
 def test_what_cannot_be_calibrated_is_refused_by_name(views, reason):
     with pytest.raises(FitFailed) as refusal:
         fitted(views())
@@ -124,7 +166,10 @@ def test_what_cannot_be_calibrated_is_refused_by_name(views, reason):
 def test_random_corners_are_refused_and_never_hang(tries):
     rng = np.random.default_rng(0)
     for _ in range(tries):
-        views = [BoardView(rng.uniform(0, 1, (30, 2)) * tuple(SIZE), BOARD.places_mm[:30], "") for _ in range(4)]
+        views = [
+            BoardView(rng.uniform(0, 1, (30, 2)) * tuple(SIZE), BOARD.places_mm[:30], "")
+            for _ in range(4)
+        ]
         with pytest.raises(FitFailed) as refusal:
             fitted(views)
         assert refusal.value.reason in ("no-camera", "too-few-views")
@@ -158,8 +203,15 @@ def test_what_is_left_out_round_after_round_is_no_more_than_exceptions_may_be():
     rng = np.random.default_rng(0)
     # the two in the middle look odd once three are out
     noises_px = (0.05, 0.05, 0.05, 0.05, 0.11, 0.32, 0.32, 6, 6, 6)
-    inside = [view for view in views_of(count=40, noise_px=0)
-              if ((view.pixels > 25) & (view.pixels < np.array(tuple(SIZE)) - 25)).all()]
-    views = [BoardView(view.pixels + rng.normal(0, noise_px, view.pixels.shape), BOARD.places_mm, f"view {i}")
-             for i, (view, noise_px) in enumerate(zip(inside, noises_px, strict=False))]
+    inside = [
+        view
+        for view in views_of(count=40, noise_px=0)
+        if ((view.pixels > 25) & (view.pixels < np.array(tuple(SIZE)) - 25)).all()
+    ]
+    views = [
+        BoardView(
+            view.pixels + rng.normal(0, noise_px, view.pixels.shape), BOARD.places_mm, f"view {i}"
+        )
+        for i, (view, noise_px) in enumerate(zip(inside, noises_px, strict=False))
+    ]
     assert fitted(views).used.sum() >= 6  # 0.4 of ten

@@ -18,7 +18,9 @@ def drift(views):
 
 
 def test_a_zoom_that_creeps_through_the_views_makes_the_lens_poor_with_a_cure():
-    report = board_report(fit_board(zoomed_views(np.linspace(0, 0.03, COUNT)), SIZE, MODELS["brown-conrady"], TERMS))
+    report = board_report(
+        fit_board(zoomed_views(np.linspace(0, 0.03, COUNT)), SIZE, MODELS["brown-conrady"], TERMS)
+    )
     assert report["verdict"]["level"] == "poor" and "zoom" in report["verdict"]["sentence"].lower()
     # half of the views against the other half
     assert report["focal_drift"]["pct"] == pytest.approx(1.6, abs=0.2)

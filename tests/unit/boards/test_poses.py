@@ -16,7 +16,9 @@ SIZE = ImageSize(640, 480)
 
 def pose(text: str) -> BoardPose:
     """The pose that the suggestion with that sentence draws."""
-    return BoardPose.from_points(next(w["outline"] for w in suggestions() if text in w["text"]), SIZE)
+    return BoardPose.from_points(
+        next(w["outline"] for w in suggestions() if text in w["text"]), SIZE
+    )
 
 
 def suggestions():
@@ -47,7 +49,10 @@ def test_the_edge_that_is_drawn_nearer_is_seen_nearer(nearer):
 
 def test_turning_the_board_upside_down_is_no_new_view():
     quad = pose("facing the camera").quad
-    turned, before = BoardPose.from_points(np.roll(quad, 2, axis=0), SIZE), BoardPose.from_points(quad, SIZE)
+    turned, before = (
+        BoardPose.from_points(np.roll(quad, 2, axis=0), SIZE),
+        BoardPose.from_points(quad, SIZE),
+    )
     assert turned.is_similar(before) and turned.moved_px(before) == 0
 
 
@@ -61,8 +66,16 @@ def test_a_part_of_a_board_tells_where_the_rest_is():
     assert BoardPose.of(BoardView(corners[:9], BOARD.places_mm[:9]), BOARD, SIZE) is None
 
 
-@pytest.mark.parametrize("points", [[[0, 0]] * 4, [[0, 0], [1, 1], [2, 2], [3, 3]], [[0, 0], [9, 9], [9, 0], [0, 9]],
-                                    [[0, 0], [9, 0], [9, 9]], [[0, 0], [1e9, 0], [1e9, 1e9], [0, 1e9]]])
+@pytest.mark.parametrize(
+    "points",
+    [
+        [[0, 0]] * 4,
+        [[0, 0], [1, 1], [2, 2], [3, 3]],
+        [[0, 0], [9, 9], [9, 0], [0, 9]],
+        [[0, 0], [9, 0], [9, 9]],
+        [[0, 0], [1e9, 0], [1e9, 1e9], [0, 1e9]],
+    ],
+)
 def test_what_is_no_quad_is_refused(points):
     with pytest.raises(BadInput):
         BoardPose.from_points(points, SIZE)
@@ -72,8 +85,11 @@ def test_a_glimpse_finds_the_board_in_the_pictures_own_pixels():
     # three times as large, pixel centres
     size, quad = ImageSize(1920, 1440), pose("facing the camera").quad * 3 + 1
     import cv2
+
     corners = BOARD.places_mm[[0, 8, 53, 45], :2].astype(np.float32)
-    picture = picture_of(BOARD, cv2.getPerspectiveTransform(corners, quad.astype(np.float32)), tuple(size))
+    picture = picture_of(
+        BOARD, cv2.getPerspectiveTransform(corners, quad.astype(np.float32)), tuple(size)
+    )
     found = find_board_quickly(picture, BOARD)
     assert BoardPose.of(found, BOARD, size).moved_px(BoardPose(quad, size)) < 1.0
     assert find_board_quickly(np.full((480, 640, 3), 128, np.uint8), BOARD) is None
@@ -82,7 +98,11 @@ def test_a_glimpse_finds_the_board_in_the_pictures_own_pixels():
 def test_a_view_is_taken_when_it_is_still_and_new_and_not_before():
     watched, one = BoardCapture(BOARD, SIZE), pose("facing the camera").quad
     assert watched.update(None, 0.0)["hint"].startswith("No board")
-    assert watched.update(one, 0.1) == {"still": False, "new": True, "hint": "Hold the board still."}
+    assert watched.update(one, 0.1) == {
+        "still": False,
+        "new": True,
+        "hint": "Hold the board still.",
+    }
     assert not watched.update(one + 30, STILL_S)["still"]  # it has moved
     assert not watched.update(one + 30, STILL_S + 0.2)["still"]
     assert watched.update(one + 30.5, 2 * STILL_S) == {"still": True, "new": True, "hint": ""}

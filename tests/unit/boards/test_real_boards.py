@@ -34,6 +34,7 @@ def seen(real_data):
                     views.append(view)
             kept[key] = tuple(views), ImageSize(picture.shape[1], picture.shape[0])
         return kept[key]
+
     return look
 
 
@@ -47,7 +48,9 @@ def test_the_classic_left_camera(seen):
     fit = fit_board(views, size, MODELS["brown-conrady"], PLAIN)
     assert len(views) == 13 and fit.used.all() and fit.outliers.sum() <= 7
     assert fit.rms_px <= 0.187
-    flat = fit_board(views, size, MODELS["brown-conrady"], {**PLAIN, "warp": False, "robust": False})
+    flat = fit_board(
+        views, size, MODELS["brown-conrady"], {**PLAIN, "warp": False, "robust": False}
+    )
     assert flat.rms_px <= 0.187
     assert fit.lens.focal_px == pytest.approx(533.4, abs=1.5)  # five tools agree on 532 to 536
 
@@ -72,11 +75,17 @@ def test_a_fisheye_is_flagged_as_a_wrong_model_for_plain_terms_and_fits_its_own(
 def test_a_webcams_face_on_views_are_flagged_though_the_residual_is_small(seen, real_data):
     """PhotonVision's LifeCam: cross-validation far above σ. Its own file's corners say the same."""
     views, size = seen("photonvision/squares/lifecam", "*/*", Board("chessboard", 10, 10, 25.4))
-    filed = json.loads(real_data("boards/photonvision/calibration/lifecam480p.json").read_text())["observations"]
-    theirs = tuple(BoardView(np.array([[p["x"], p["y"]] for p in o["locationInImageSpace"]]),
-                             np.array([[p["x"], p["y"], p["z"]] for p in o["locationInObjectSpace"]], float),
-                             o["snapshotName"])
-                   for o in filed)
+    filed = json.loads(real_data("boards/photonvision/calibration/lifecam480p.json").read_text())[
+        "observations"
+    ]
+    theirs = tuple(
+        BoardView(
+            np.array([[p["x"], p["y"]] for p in o["locationInImageSpace"]]),
+            np.array([[p["x"], p["y"], p["z"]] for p in o["locationInObjectSpace"]], float),
+            o["snapshotName"],
+        )
+        for o in filed
+    )
     for given in (views, theirs):
         report = calibrate_board(given, None, size)["report"]
         assert report["verdict"]["level"] == "poor"
@@ -85,16 +94,23 @@ def test_a_webcams_face_on_views_are_flagged_though_the_residual_is_small(seen, 
 
 
 def test_views_that_all_face_the_camera_leave_the_focal_length_open(seen):
-    views, size = seen("photonvision/squares/gloworm", "960_720_1/*", Board("chessboard", 8, 6, 25.4))
+    views, size = seen(
+        "photonvision/squares/gloworm", "960_720_1/*", Board("chessboard", 8, 6, 25.4)
+    )
     answer = calibrate_board(views, None, size)
     assert "badly-spread-views" in reasons(answer["report"])
     assert answer["report"]["parameters"]["log_focal"]["sigma"] > 0.01
-    assert answer["report"]["next_view"]["worst_after_px"] < 0.5 * answer["report"]["next_view"]["worst_before_px"]
+    assert (
+        answer["report"]["next_view"]["worst_after_px"]
+        < 0.5 * answer["report"]["next_view"]["worst_before_px"]
+    )
 
 
 @rounds("most", 6, 16)
-@pytest.mark.parametrize("folder, legacy", [("2024-05-07_lifecam_1280", False),
-                                            ("2024-06-19_lifecam_480_Old_Pattern", True)])
+@pytest.mark.parametrize(
+    "folder, legacy",
+    [("2024-05-07_lifecam_1280", False), ("2024-06-19_lifecam_480_Old_Pattern", True)],
+)
 def test_charuco_boards_of_both_patterns(seen, folder, legacy, most):
     board = Board("charuco", 7, 7, 25.4, 19.05, "DICT_4X4_1000", legacy)
     views, size = seen(f"photonvision/charuco/{folder}", "*", board, most)

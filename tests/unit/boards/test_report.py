@@ -30,11 +30,18 @@ def test_well_spread_views_are_good_and_the_report_is_plain_json():
     answer = calibrate_board(views_of(count=20), BOARD, SIZE, progress=lambda f, m: told.append(f))
     report = json.loads(json.dumps(answer, allow_nan=False))["report"]
     assert report["verdict"]["level"] == "good"
-    assert not reasons(report) & {"badly-spread-views", "wrong-model", "halves-disagree", "picture-not-covered"}
+    assert not reasons(report) & {
+        "badly-spread-views",
+        "wrong-model",
+        "halves-disagree",
+        "picture-not-covered",
+    }
     assert report["bow_mm"]["x"] == pytest.approx(1.0, abs=0.1)
     assert report["cross_validation"]["held_out_ratio"] == pytest.approx(1.0, abs=0.1)
     assert report["sigma_px"] == pytest.approx(0.2, abs=0.01)
-    assert report["next_view"]["worst_before_px"] == pytest.approx(report["expected_px"]["max"], rel=1e-6)
+    assert report["next_view"]["worst_before_px"] == pytest.approx(
+        report["expected_px"]["max"], rel=1e-6
+    )
     assert told == sorted(told) and told[-1] == 1.0
 
 
@@ -47,7 +54,9 @@ def test_views_that_face_the_camera_are_flagged_as_badly_spread():
 
 
 def test_corners_in_the_middle_alone_leave_the_picture_uncovered():
-    views = [v.only(np.linalg.norm(v.pixels - SIZE.centre, axis=1) < 330) for v in views_of(count=60)]
+    views = [
+        v.only(np.linalg.norm(v.pixels - SIZE.centre, axis=1) < 330) for v in views_of(count=60)
+    ]
     report = calibrate_board([v for v in views if len(v.pixels) > 40], BOARD, SIZE)["report"]
     assert "picture-not-covered" in reasons(report)
     assert report["expected_px"]["max"] > 5 * report["expected_px"]["median"]
@@ -63,8 +72,12 @@ def test_a_lens_of_another_kind_is_flagged_as_a_wrong_model():
 
 
 def test_terms_that_may_be_nought_are_named():
-    report = calibrate_board(views_of(replace(TRUTH, terms=(-0.2,) + (0.0,) * 7), 12), BOARD, SIZE,
-                             options={"terms": list(PLAIN)})["report"]
+    report = calibrate_board(
+        views_of(replace(TRUTH, terms=(-0.2,) + (0.0,) * 7), 12),
+        BOARD,
+        SIZE,
+        options={"terms": list(PLAIN)},
+    )["report"]
     told = [w["text"] for w in report["warnings"] if w["reason"] == "term-not-supported"]
     assert told and all(" ± " in text and "e-" not in text for text in told)
 
@@ -80,7 +93,9 @@ def test_the_next_view_helps_as_much_as_it_says():
     distance = 2 * middle[0] * TRUTH.focal_px / (NEXT_SHARE * SIZE.width)
     pixels = TRUTH.project((BOARD.places_mm - middle) @ (facing @ leaning).T + ray * distance)
     inside = ((pixels > 0) & (pixels < np.array(tuple(SIZE)) - 1)).all(axis=1)
-    taken = BoardView(pixels + np.random.default_rng(0).normal(0, 0.2, pixels.shape), BOARD.places_mm).only(inside)
+    taken = BoardView(
+        pixels + np.random.default_rng(0).normal(0, 0.2, pixels.shape), BOARD.places_mm
+    ).only(inside)
     after = fit_board((*views, taken), SIZE, BROWN, {"terms": list(PLAIN)})
     worst = np.nanmax(expected_over_picture(after.lens))
     assert worst == pytest.approx(told.worst_after_px, rel=0.15)
@@ -117,7 +132,9 @@ def test_noise_has_no_neighbours_and_a_shape_has():
 
 @pytest.mark.parametrize("edge, corner", [("left", 0), ("right", 9), ("top", 4), ("bottom", 94)])
 def test_a_lean_brings_its_edge_nearer(edge, corner):
-    away = (matrix_from_vector(tilt_vector(edge)) @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T)[2]
+    away = (
+        matrix_from_vector(tilt_vector(edge)) @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T
+    )[2]
     assert away[corner] < -200 and tilt_vector("").tolist() == [0, 0, 0]
 
 
@@ -130,8 +147,13 @@ def test_left_out_views_stand_in_the_report_with_their_reason():
     views = list(views_of(count=8))
     views[2] = views[2].only(np.arange(100) < 3)
     report = calibrate_board(views, BOARD, SIZE)["report"]
-    assert report["views"][2] == {"name": "view 3", "corners": 3, "used": False, "reason": "too-few-corners",
-                                  "text": "View 3 has 3 corners; at least 6 are required."}
+    assert report["views"][2] == {
+        "name": "view 3",
+        "corners": 3,
+        "used": False,
+        "reason": "too-few-corners",
+        "text": "View 3 has 3 corners; at least 6 are required.",
+    }
     assert "view-left-out" in reasons(report)
     assert [v["used"] for v in report["views"]].count(True) == 7
 
@@ -143,7 +165,9 @@ def test_few_views_have_no_cross_validation_and_say_null():
 
 def test_a_picture_becomes_a_view_or_says_what_to_check():
     board = Board("chessboard", 9, 6, 30.0)
-    picture = picture_of(board, np.array([[1.9, 0.25, 260], [-0.12, 1.75, 240], [2.2e-4, -1.5e-4, 1.0]]))
+    picture = picture_of(
+        board, np.array([[1.9, 0.25, 260], [-0.12, 1.75, 240], [2.2e-4, -1.5e-4, 1.0]])
+    )
     assert len(require_board(picture, board).pixels) == 54
     with pytest.raises(FitFailed, match="8 × 6") as refusal:
         require_board(picture[:, :300], Board("chessboard", 8, 6, 30.0), "door.png")
@@ -154,16 +178,29 @@ def test_a_picture_becomes_a_view_or_says_what_to_check():
 def test_views_travel_as_json():
     views = views_of(count=3)
     again = views_from_json(json.loads(json.dumps([v.to_json() for v in views])))
-    assert all((a.pixels == b.pixels).all() and a.name == b.name for a, b in zip(views, again, strict=True))
+    assert all(
+        (a.pixels == b.pixels).all() and a.name == b.name for a, b in zip(views, again, strict=True)
+    )
 
 
-@pytest.mark.parametrize("change", [{"kind": "circles"}, {"columns": 1}, {"rows": 6.5}, {"square_mm": 0},
-                                    {"square_mm": float("nan")}, {"columns": True}, {"marker_mm": 3}, {"colour": "red"},
-                                    {"kind": "charuco"},
-                                    {"kind": "charuco", "marker_mm": 40, "dictionary": "DICT_4X4_50"},
-                                    {"kind": "charuco", "marker_mm": 20, "dictionary": "CharucoBoard"},
-                                    {"kind": "charuco", "marker_mm": 20, "dictionary": ["DICT_4X4_50"]},
-                                    {"kind": "charuco", "marker_mm": 20, "dictionary": "DICT_APRILTAG_16h5"}])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"kind": "circles"},
+        {"columns": 1},
+        {"rows": 6.5},
+        {"square_mm": 0},
+        {"square_mm": float("nan")},
+        {"columns": True},
+        {"marker_mm": 3},
+        {"colour": "red"},
+        {"kind": "charuco"},
+        {"kind": "charuco", "marker_mm": 40, "dictionary": "DICT_4X4_50"},
+        {"kind": "charuco", "marker_mm": 20, "dictionary": "CharucoBoard"},
+        {"kind": "charuco", "marker_mm": 20, "dictionary": ["DICT_4X4_50"]},
+        {"kind": "charuco", "marker_mm": 20, "dictionary": "DICT_APRILTAG_16h5"},
+    ],
+)
 def test_no_board_is_refused_by_name(change):
     with pytest.raises(BadInput) as refusal:
         Board.from_json({"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30, **change})
@@ -175,11 +212,21 @@ def test_boards_survive_their_json():
         assert Board.from_json(json.loads(json.dumps(board.to_json()))) == board
 
 
-@pytest.mark.parametrize("value", [3, "ab", [3], [{"image_points": [[1, 2]]}], [{"image_points": "x"}], [{"more": 1}],
-                                   [{"image_points": [[1, 2]], "object_points": [[1, "a", 0]]}],
-                                   [{"image_points": [[1, 2]], "object_points": [[1, float("inf"), 0]]}],
-                                   [{}] * 1001,
-                                   [{"image_points": [[1, 2]] * 9000, "object_points": [[1, 2, 0]] * 9000}] * 40])
+@pytest.mark.parametrize(
+    "value",
+    [
+        3,
+        "ab",
+        [3],
+        [{"image_points": [[1, 2]]}],
+        [{"image_points": "x"}],
+        [{"more": 1}],
+        [{"image_points": [[1, 2]], "object_points": [[1, "a", 0]]}],
+        [{"image_points": [[1, 2]], "object_points": [[1, float("inf"), 0]]}],
+        [{}] * 1001,
+        [{"image_points": [[1, 2]] * 9000, "object_points": [[1, 2, 0]] * 9000}] * 40,
+    ],
+)
 def test_what_is_no_list_of_views_is_refused(value):
     with pytest.raises(BadInput):
         views_from_json(value)

@@ -28,13 +28,23 @@ def a_state(truth=TRUTH, count=4, noise_px=0.0):
     observations = BoardObservations.of(views_of(truth, count, noise_px=noise_px))
     rays = truth.rays(observations.pixels)
     rotations, shifts = poses_from_rays(rays, observations)
-    return BoardParameters(truth.lens, np.log(truth.focal_px), truth.aspect, np.array(truth.centre_px),
-                      np.array(truth.terms, float), np.array([1.0, 0.0]), rotations, shifts), observations
+    return BoardParameters(
+        truth.lens,
+        np.log(truth.focal_px),
+        truth.aspect,
+        np.array(truth.centre_px),
+        np.array(truth.terms, float),
+        np.array([1.0, 0.0]),
+        rotations,
+        shifts,
+    ), observations
 
 
 def test_homographies_map_a_flat_board_exactly():
     observations = BoardObservations.of(views_of(BARE, 5, noise_px=0, bow_mm=(0, 0)))
-    flat = np.concatenate([observations.places[..., :2], np.ones((*observations.places.shape[:2], 1))], -1)
+    flat = np.concatenate(
+        [observations.places[..., :2], np.ones((*observations.places.shape[:2], 1))], -1
+    )
     seen = flat @ homographies(observations).transpose(0, 2, 1)
     np.testing.assert_allclose(seen[..., :2] / seen[..., 2:], observations.pixels, atol=1e-7)
 
@@ -48,7 +58,10 @@ def test_zhangs_intrinsics_are_exact_without_distortion():
 def test_zhang_says_nan_where_views_tell_no_focal_length():
     facing = np.tile(np.array([[2.0, 0, 300], [0, 2.0, 200], [0, 0, 1.0]]), (3, 1, 1))
     facing[:, 2, 0] = 1e-30
-    assert np.isnan(zhang_intrinsics(facing, SIZE)[0]) or not 0.05 < zhang_intrinsics(facing, SIZE)[0] / 1280 < 100
+    assert (
+        np.isnan(zhang_intrinsics(facing, SIZE)[0])
+        or not 0.05 < zhang_intrinsics(facing, SIZE)[0] / 1280 < 100
+    )
 
 
 @pytest.mark.parametrize("truth", [TRUTH, FISHEYE], ids=lambda t: t.model)
@@ -66,8 +79,14 @@ def test_poses_hold_for_rays_past_ninety_degrees():
     points = board @ rotation.T + np.array([500.0, -20.0, -60.0])
     assert (points[:, 2] < 0).any()
     rays = points / np.linalg.norm(points, axis=1, keepdims=True)
-    observations = BoardObservations(np.zeros((1, 12, 2)), board[None], np.ones((1, 12), bool),
-                               np.zeros((1, 12, 2)), 200.0, ("",))
+    observations = BoardObservations(
+        np.zeros((1, 12, 2)),
+        board[None],
+        np.ones((1, 12), bool),
+        np.zeros((1, 12, 2)),
+        200.0,
+        ("",),
+    )
     rotations, shifts = poses_from_rays(rays[None], observations)
     np.testing.assert_allclose(rotations[0], rotation, atol=1e-9)
     np.testing.assert_allclose(shifts[0], [500, -20, -60], atol=1e-6)
@@ -90,15 +109,32 @@ def test_derivatives_agree_with_complex_step(truth):
         stepped = state.shared.astype(complex)
         stepped[i] += 1e-30j
         n = 4 + len(state.terms)
-        moved = _Complex(state.lens, stepped[0], stepped[1], stepped[2:4], stepped[4:n], stepped[n:], state.rotations,
-                         state.translations_mm.astype(complex))
-        np.testing.assert_allclose(shared[..., i], moved.project(observations).imag / 1e-30, rtol=1e-9, atol=1e-9,
-                                   err_msg=name)
+        moved = _Complex(
+            state.lens,
+            stepped[0],
+            stepped[1],
+            stepped[2:4],
+            stepped[4:n],
+            stepped[n:],
+            state.rotations,
+            state.translations_mm.astype(complex),
+        )
+        np.testing.assert_allclose(
+            shared[..., i],
+            moved.project(observations).imag / 1e-30,
+            rtol=1e-9,
+            atol=1e-9,
+            err_msg=name,
+        )
     for i in range(6):
         step = np.zeros((len(state.rotations), 6))
         step[:, i] = 1e-6 if i < 3 else 1e-3
-        ahead, behind = (state.retract(np.zeros(len(free)), free, s).project(observations) for s in (step, -step))
-        np.testing.assert_allclose(own[..., i], (ahead - behind) / (2 * step[0, i]), rtol=1e-5, atol=1e-5)
+        ahead, behind = (
+            state.retract(np.zeros(len(free)), free, s).project(observations) for s in (step, -step)
+        )
+        np.testing.assert_allclose(
+            own[..., i], (ahead - behind) / (2 * step[0, i]), rtol=1e-5, atol=1e-5
+        )
 
 
 class _Complex(BoardParameters):
@@ -115,9 +151,9 @@ def test_eliminating_poses_gives_the_step_of_the_whole_system():
     whole = np.zeros((residuals.size + n, n + 6 * v))
     rows = residuals[0].size
     for i in range(v):
-        whole[i * rows:(i + 1) * rows, :n] = shared[i].reshape(rows, n)
-        whole[i * rows:(i + 1) * rows, n + 6 * i:n + 6 * i + 6] = own[i].reshape(rows, 6)
-    whole[residuals.size:, :n] = np.diag(prior)
+        whole[i * rows : (i + 1) * rows, :n] = shared[i].reshape(rows, n)
+        whole[i * rows : (i + 1) * rows, n + 6 * i : n + 6 * i + 6] = own[i].reshape(rows, 6)
+    whole[residuals.size :, :n] = np.diag(prior)
     right = np.concatenate([residuals.ravel(), prior * offset])
     hessian = whole.T @ whole
     step = -np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), whole.T @ right)
@@ -128,16 +164,35 @@ def test_eliminating_poses_gives_the_step_of_the_whole_system():
 
 def test_padding_does_not_pull():
     """Views of unequal size: ever so much padding, which repeats a corner with its noise, changes nothing."""
-    views = [v.only(np.random.default_rng(i).random(len(v.pixels)) < 0.5 + 0.1 * i)
-             for i, v in enumerate(views_of(count=5, noise_px=0.3))]
+    views = [
+        v.only(np.random.default_rng(i).random(len(v.pixels)) < 0.5 + 0.1 * i)
+        for i, v in enumerate(views_of(count=5, noise_px=0.3))
+    ]
     observations = BoardObservations.of(tuple(views))
     assert len({int(p.sum()) for p in observations.present}) > 1
-    more = [np.concatenate([a, np.repeat(a[:, :1], 150, axis=1)], axis=1)
-            for a in (observations.pixels, observations.places, observations.present & False, observations.bow_shape)]
-    wider = replace(observations, pixels=more[0], places=more[1], bow_shape=more[3],
-                    present=np.concatenate([observations.present, more[2][:, observations.present.shape[1]:]], axis=1))
+    more = [
+        np.concatenate([a, np.repeat(a[:, :1], 150, axis=1)], axis=1)
+        for a in (
+            observations.pixels,
+            observations.places,
+            observations.present & False,
+            observations.bow_shape,
+        )
+    ]
+    wider = replace(
+        observations,
+        pixels=more[0],
+        places=more[1],
+        bow_shape=more[3],
+        present=np.concatenate(
+            [observations.present, more[2][:, observations.present.shape[1] :]], axis=1
+        ),
+    )
     state, _ = a_state(count=5, noise_px=0.3)
-    found = [BoardSolver(SIZE, ALL).solve(s, state, PLAIN, 0.2).minimum.state.shared for s in (observations, wider)]
+    found = [
+        BoardSolver(SIZE, ALL).solve(s, state, PLAIN, 0.2).minimum.state.shared
+        for s in (observations, wider)
+    ]
     # mm; where each search stops
     np.testing.assert_allclose(found[0], found[1], rtol=1e-5, atol=1e-4)
 

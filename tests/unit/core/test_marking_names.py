@@ -9,7 +9,11 @@ FIELDS = load_fields().values()
 
 
 def of_page(prefix):
-    return {key.removeprefix(prefix): forms["other"] for key, forms in messages().items() if key.startswith(prefix)}
+    return {
+        key.removeprefix(prefix): forms["other"]
+        for key, forms in messages().items()
+        if key.startswith(prefix)
+    }
 
 
 def test_every_border_marking_and_area_of_the_shipped_fields_has_a_name():

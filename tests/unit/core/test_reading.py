@@ -35,7 +35,9 @@ def refusal(value):
     return refused.value.what
 
 
-@pytest.mark.parametrize(("turns", "read_as"), [(2, 2), (2.0, 2), (2.5, None), ("2", None), (True, None), (4.0, None)])
+@pytest.mark.parametrize(
+    ("turns", "read_as"), [(2, 2), (2.0, 2), (2.5, None), ("2", None), (True, None), (4.0, None)]
+)
 def test_a_whole_number_may_be_written_with_a_point_where_its_type_says_so(turns, read_as):
     value = {**SHEET, "spots": [{"at": [1, 2], "turns": turns}]}
     if read_as is None:
@@ -49,22 +51,33 @@ def test_lists_are_read_as_tuples_and_objects_as_records():
     assert read(Sheet, SHEET, "", "", "") == {"name": "one", "spots": [Spot((1.0, 2.5))]}
 
 
-@pytest.mark.parametrize(("change", "what"), [
-    ({"name": 3}, "name is not a text"), ({"name": ""}, "name is too short"), ({"name": "a\n"}, "name is not valid"),
-    ({"name": "a" * 9}, "name has more than 5 characters"), ({"kind": "c"}, "kind is not 'a' or 'b'"),
-    ({"more": 1}, "more is unknown"), ({"spots": {}}, "spots is not a list"), ({1: 2}, "1 is unknown"),
-    ({"spots": []}, "spots has fewer than 1 entries"), ({"spots": [3]}, "spots[0] is not an object"),
-    ({"spots": [{}]}, "spots[0].at is missing"), ({"spots": [{"at": [1]}]}, "spots[0].at[1] is missing"),
-    ({"spots": [{"at": [1, "2"]}]}, "spots[0].at[1] is not a number"),
-    ({"spots": [{"at": [1, True]}]}, "spots[0].at[1] is not a number"),
-    ({"spots": [{"at": [1, float("nan")]}]}, "spots[0].at[1] is not a number"),
-    ({"spots": [{"at": [float("-inf"), 1]}]}, "spots[0].at[0] is not a number"),
-    ({"spots": [{"at": [1, -10**400]}]}, "spots[0].at[1] is not a number"),
-    ({"spots": [{"at": [1, 2], "size": 1.5}]}, "spots[0].size is not a whole number"),
-    ({"spots": [{"at": [1, 2], "size": 10**400}]}, "spots[0].size is more than 9"),
-    ({"spots": [{"at": [1, 2], "size": 0}]}, "spots[0].size is less than 1"),
-    ({"spots": [{"at": [1, 2], "round": 1}]}, "spots[0].round is neither true nor false"),
-    ({"spots": [{"at": [1, 2], "colour": 1}]}, "spots[0].colour is unknown")])
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"name": 3}, "name is not a text"),
+        ({"name": ""}, "name is too short"),
+        ({"name": "a\n"}, "name is not valid"),
+        ({"name": "a" * 9}, "name has more than 5 characters"),
+        ({"kind": "c"}, "kind is not 'a' or 'b'"),
+        ({"more": 1}, "more is unknown"),
+        ({"spots": {}}, "spots is not a list"),
+        ({1: 2}, "1 is unknown"),
+        ({"spots": []}, "spots has fewer than 1 entries"),
+        ({"spots": [3]}, "spots[0] is not an object"),
+        ({"spots": [{}]}, "spots[0].at is missing"),
+        ({"spots": [{"at": [1]}]}, "spots[0].at[1] is missing"),
+        ({"spots": [{"at": [1, "2"]}]}, "spots[0].at[1] is not a number"),
+        ({"spots": [{"at": [1, True]}]}, "spots[0].at[1] is not a number"),
+        ({"spots": [{"at": [1, float("nan")]}]}, "spots[0].at[1] is not a number"),
+        ({"spots": [{"at": [float("-inf"), 1]}]}, "spots[0].at[0] is not a number"),
+        ({"spots": [{"at": [1, -(10**400)]}]}, "spots[0].at[1] is not a number"),
+        ({"spots": [{"at": [1, 2], "size": 1.5}]}, "spots[0].size is not a whole number"),
+        ({"spots": [{"at": [1, 2], "size": 10**400}]}, "spots[0].size is more than 9"),
+        ({"spots": [{"at": [1, 2], "size": 0}]}, "spots[0].size is less than 1"),
+        ({"spots": [{"at": [1, 2], "round": 1}]}, "spots[0].round is neither true nor false"),
+        ({"spots": [{"at": [1, 2], "colour": 1}]}, "spots[0].colour is unknown"),
+    ],
+)
 def test_a_refusal_names_the_entry(change, what):
     assert refusal({**SHEET, **change}) == f"The sheet: {what}."
 
@@ -76,10 +89,22 @@ def nested(levels):
     return value
 
 
-@pytest.mark.parametrize("value", [
-    None, 3, [SHEET], {}, {**SHEET, "name": "\ud800"}, {**SHEET, "\ud800": 1}, {**SHEET, "name": object()},
-    {**SHEET, "name": 10**9999}, {**SHEET, (1, 2): 3}, {**SHEET, "x" * 10_000: 1},
-], ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        3,
+        [SHEET],
+        {},
+        {**SHEET, "name": "\ud800"},
+        {**SHEET, "\ud800": 1},
+        {**SHEET, "name": object()},
+        {**SHEET, "name": 10**9999},
+        {**SHEET, (1, 2): 3},
+        {**SHEET, "x" * 10_000: 1},
+    ],
+    ids=lambda value: type(value).__name__,
+)
 def test_whatever_is_given_the_refusal_is_short(value):
     assert refusal(value).startswith("The sheet") and len(refusal(value)) < 200
 

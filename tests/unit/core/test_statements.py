@@ -8,7 +8,9 @@ from touchline.core.statements import Sentence, join, named, read_statements, sa
 
 
 def test_a_sentence_is_text_and_states_its_values_as_they_are_shown():
-    said = say("verdict.expected", "Expected error: {mm:.1f} mm of {share:.0f} %.", mm=2.34, share=49.6)
+    said = say(
+        "verdict.expected", "Expected error: {mm:.1f} mm of {share:.0f} %.", mm=2.34, share=49.6
+    )
     assert said == "Expected error: 2.3 mm of 50 %."
     assert said.statements == ({"code": "verdict.expected", "values": {"mm": 2.3, "share": 50.0}},)
     assert json.loads(json.dumps(said)) == str(said)
@@ -16,10 +18,14 @@ def test_a_sentence_is_text_and_states_its_values_as_they_are_shown():
 
 def test_names_and_sentences_within_a_sentence_are_stated_by_themselves():
     line = say("line.halfway-line", "halfway line")
-    said = say("check.missing", "Not detected: {lines} ({n}).", lines=[line, "mine"], n=float("nan"))
+    said = say(
+        "check.missing", "Not detected: {lines} ({n}).", lines=[line, "mine"], n=float("nan")
+    )
     assert said == "Not detected: halfway line, mine (nan)."
     assert said.statements[0]["values"] == {
-        "lines": [{"code": "line.halfway-line", "values": {}}, "mine"], "n": "nan"}
+        "lines": [{"code": "line.halfway-line", "values": {}}, "mine"],
+        "n": "nan",
+    }
 
 
 def test_sentences_are_joined_with_what_they_state_and_plain_text_states_itself():
@@ -36,8 +42,10 @@ def test_a_record_gets_what_its_sentences_state_beside_them():
 
 def test_a_list_of_texts_has_one_statement_for_each():
     notes = ["mine", say("note.b", "Two {n}.", n=2)]
-    assert stated({"notes": notes}) == {"notes": ["mine", "Two 2."], "statements": {
-        "notes": [{"text": "mine"}, {"code": "note.b", "values": {"n": 2.0}}]}}
+    assert stated({"notes": notes}) == {
+        "notes": ["mine", "Two 2."],
+        "statements": {"notes": [{"text": "mine"}, {"code": "note.b", "values": {"n": 2.0}}]},
+    }
     assert stated({"notes": ["mine"], "at": (1, 2)}) == {"notes": ["mine"], "at": (1, 2)}
 
 

@@ -63,8 +63,17 @@ def test_the_newest_stays_after_the_clock_was_set_back(saved, monkeypatch):
     assert [clip.id for clip in saved.all()] == [newest, *ids[::-1]]
 
 
-@pytest.mark.parametrize("data", [b"", b"\xff\xff\xff\xff{}", LENGTH.pack(2) + b"{}", LENGTH.pack(4) + b"\xff\xfe\0\0",
-                                  LENGTH.pack(25) + b'{"frames":[{"bytes":-1}]}', LENGTH.pack(13) + b'{"frames":[]}'])
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"\xff\xff\xff\xff{}",
+        LENGTH.pack(2) + b"{}",
+        LENGTH.pack(4) + b"\xff\xfe\0\0",
+        LENGTH.pack(25) + b'{"frames":[{"bytes":-1}]}',
+        LENGTH.pack(13) + b'{"frames":[]}',
+    ],
+)
 def test_what_is_damaged_is_missing_and_hides_no_other(saved, data):
     whole = added(saved)
     damaged = "0" * 16

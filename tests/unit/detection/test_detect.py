@@ -33,11 +33,15 @@ def calibration(match):
 
 def off_mm(found, match):
     truth = {(r.team, r.number): r for r in truth_at(match, 0.0).robots}
-    return [np.hypot(d.x_mm - truth[d.team, d.id].x_mm, d.y_mm - truth[d.team, d.id].y_mm)
-            for d in found.seen.detections.of("robot")]
+    return [
+        np.hypot(d.x_mm - truth[d.team, d.id].x_mm, d.y_mm - truth[d.team, d.id].y_mm)
+        for d in found.seen.detections.of("robot")
+    ]
 
 
-def test_robots_are_where_the_calibration_says_at_the_height_of_their_hats(match, pixels, calibration):
+def test_robots_are_where_the_calibration_says_at_the_height_of_their_hats(
+    match, pixels, calibration
+):
     found = detect(pixels, PLAN, calibration=calibration, clicks=colour_clicks(match))
     off = off_mm(found, match)
     assert len(off) == 16 and np.median(off) < 5 and max(off) < 15
@@ -48,18 +52,34 @@ def test_robots_are_where_the_calibration_says_at_the_height_of_their_hats(match
 
 
 def test_a_plan_may_ask_for_the_picture_to_be_corrected_first_and_says_the_same_places_and_raw_pixels(
-        match, pixels, calibration):
+    match, pixels, calibration
+):
     plan = StageConfig.from_json({**PLAN.to_json(), "corrected": True})
     assert StageConfig.from_json(plan.to_json()) == plan and "corrected" not in PLAN.to_json()
-    raw, found = (detect(pixels, one, calibration=calibration, clicks=colour_clicks(match), pictures=("colours",),
-                         clock=time.perf_counter) for one in (PLAN, plan))
+    raw, found = (
+        detect(
+            pixels,
+            one,
+            calibration=calibration,
+            clicks=colour_clicks(match),
+            pictures=("colours",),
+            clock=time.perf_counter,
+        )
+        for one in (PLAN, plan)
+    )
     off = off_mm(found, match)
     assert len(off) == 16 and np.median(off) < 5 and max(off) < 15
     there = {(d.kind, d.team, d.id): d.pixel for d in raw.seen.detections.items}
-    same = [np.hypot(*np.subtract(d.pixel, there[d.kind, d.team, d.id])) for d in found.seen.detections.items
-            if (d.kind, d.team, d.id) in there]
+    same = [
+        np.hypot(*np.subtract(d.pixel, there[d.kind, d.team, d.id]))
+        for d in found.seen.detections.items
+        if (d.kind, d.team, d.id) in there
+    ]
     assert len(same) >= 17 and max(same) < 1.0
-    assert found.seen.detections.image_size == raw.seen.detections.image_size and "correct" in found.seen.took_ms
+    assert (
+        found.seen.detections.image_size == raw.seen.detections.image_size
+        and "correct" in found.seen.took_ms
+    )
     assert found.seen.pictures["colours"].shape != raw.seen.pictures["colours"].shape
     with pytest.raises(TouchlineError) as refused:
         detect(pixels, plan, mm_per_px=5.0, clicks=colour_clicks(match))
@@ -73,9 +93,14 @@ def test_without_a_click_the_colours_are_found_in_the_picture(match, pixels, cal
 
 def test_nothing_is_looked_for_beside_the_field(match, calibration):
     """Somebody in a blue shirt on the floor is no robot's dot; the camera sees more than the field."""
-    within = context_for(match.camera.image_size, detect(match.frame_at(0, 0.0), PLAN, calibration=calibration).profile,
-                         calibration).within
-    corners = match.camera.raw_from_field(np.array([(x, y) for x in (-4400, 4400) for y in (-2900, 2900)])).round()
+    within = context_for(
+        match.camera.image_size,
+        detect(match.frame_at(0, 0.0), PLAN, calibration=calibration).profile,
+        calibration,
+    ).within
+    corners = match.camera.raw_from_field(
+        np.array([(x, y) for x in (-4400, 4400) for y in (-2900, 2900)])
+    ).round()
     assert all(within[int(y), int(x)] for x, y in corners) and 0.5 < (within > 0).mean() < 1
 
 
@@ -86,8 +111,13 @@ def test_a_picture_of_another_size_and_one_without_a_scale_are_refused(match, pi
         detect(np.broadcast_to(pixels[:1, :1], (4000, 4001, 3)), PLAN, mm_per_px=1.0)
     with pytest.raises(TouchlineError, match="scale of this image is unknown"):
         detect(pixels, PLAN)
-    for clicks in ({"mauve": [[1, 2]]}, {"blue": [[1, 2, 3]]}, {"blue": [[1, float("nan")]]}, {"blue": [[-5, 2]]},
-                   {"blue": [[1, 2]] * 41}):
+    for clicks in (
+        {"mauve": [[1, 2]]},
+        {"blue": [[1, 2, 3]]},
+        {"blue": [[1, float("nan")]]},
+        {"blue": [[-5, 2]]},
+        {"blue": [[1, 2]] * 41},
+    ):
         with pytest.raises(TouchlineError):
             detect(pixels, PLAN, calibration=calibration, clicks=clicks)
     with pytest.raises(TouchlineError, match="above the carpet"):
@@ -117,9 +147,11 @@ def test_noise_without_end_is_answered_in_time():
 
 
 def test_a_plan_of_ones_own_is_read_from_a_file(tmp_path, pixels, calibration):
-    (tmp_path / "mine.yaml").write_text("name: mine\ntitle: Ball only\nstages:\n"
-                                        "  - {stage: colours, everywhere: [orange]}\n  - {stage: blobs}\n"
-                                        "  - {stage: ball}\n  - {stage: places}\n")
+    (tmp_path / "mine.yaml").write_text(
+        "name: mine\ntitle: Ball only\nstages:\n"
+        "  - {stage: colours, everywhere: [orange]}\n  - {stage: blobs}\n"
+        "  - {stage: ball}\n  - {stage: places}\n"
+    )
     found = detect(pixels, load_plan(tmp_path / "mine.yaml"), calibration=calibration).to_json()
     assert {d["kind"] for d in found["detections"]} == {"ball"} and found["stages"] == "mine"
     (tmp_path / "bad.yaml").write_text("name: x\ntitle: X\nstages: [{stage: dreams}]\n")
@@ -134,5 +166,5 @@ def test_what_is_drawn_is_drawn_where_it_was_found(match, pixels, calibration):
     near = np.zeros_like(changed)
     for item in found.seen.detections.items:
         x, y = map(round, item.pixel)
-        near[max(y - 45, 0):y + 45, max(x - 45, 0):x + 60] = True
+        near[max(y - 45, 0) : y + 45, max(x - 45, 0) : x + 60] = True
     assert changed.any() and not (changed & ~near).any()

@@ -17,6 +17,7 @@ from touchline.live.failures import Failures
 
 def recording(buffer) -> threading.Thread:
     """Its thread, begun; a capture's SystemExit ends it."""
+
     def record():
         with suppress(SystemExit):
             buffer.run()
@@ -64,7 +65,10 @@ def test_a_picture_whose_size_keeps_changing_is_recorded_up_to_the_limit(monkeyp
     buffer.keep(True)
     recording(buffer).join(LONG_S)
     clip, jpegs = buffer.clip(0.3)
-    assert [one["seq"] for one in clip["frames"]] == [57, 58, 59, 60] and (clip["width"], clip["height"]) == (64, 48)
+    assert [one["seq"] for one in clip["frames"]] == [57, 58, 59, 60] and (
+        clip["width"],
+        clip["height"],
+    ) == (64, 48)
     assert len(jpegs) == sum(one["bytes"] for one in clip["frames"]) <= 3000
 
 
@@ -77,7 +81,12 @@ def test_a_clip_is_as_long_as_asked_for_while_the_clock_is_set(monkeypatch, step
             if seq == 60:
                 raise SystemExit
             moment = seq / live.CLIP_FPS
-            return CapturedFrame(Frame(np.zeros((48, 64, 3), np.uint8)), seq + 1, moment + (seq >= 50) * step_s, moment)
+            return CapturedFrame(
+                Frame(np.zeros((48, 64, 3), np.uint8)),
+                seq + 1,
+                moment + (seq >= 50) * step_s,
+                moment,
+            )
 
     monkeypatch.setattr(live, "IDLE_S", 0.05)
     buffer = FrameBuffer(Stepped(), Failures())

@@ -37,18 +37,27 @@ def test_what_a_person_saw_is_found(labels, most):
     precise, complete = HARDER.get(name, USUAL)
     for kind, tally in tallies(found).items():
         if tally.hit + tally.missed:
-            assert tally.recall >= complete, f"{kind}: {tally.missed} of {tally.hit + tally.missed} are missed"
-        assert tally.false == 0 or tally.precision >= precise, f"{kind}: {tally.false} are not there"
+            assert tally.recall >= complete, (
+                f"{kind}: {tally.missed} of {tally.hit + tally.missed} are missed"
+            )
+        assert tally.false == 0 or tally.precision >= precise, (
+            f"{kind}: {tally.false} are not there"
+        )
 
 
 def test_labels_keep_to_five_clicks_and_to_other_frames():
     for path in SETS:
         found = read_set(path)
-        clicked = {colour: sum(len(entry.get(colour, [])) for entry in found["learn"]) for colour in COLOURS}
+        clicked = {
+            colour: sum(len(entry.get(colour, [])) for entry in found["learn"])
+            for colour in COLOURS
+        }
         assert max(clicked.values()) <= 5, path.stem
         learned_from = {(entry["picture"], entry.get("frame")) for entry in found["learn"]}
         tested = {(entry["picture"], entry.get("frame")) for entry in found["test"]}
-        assert path.stem == "unball" or not learned_from & tested, f"{path.stem} is tested where it was learned"
+        assert path.stem == "unball" or not learned_from & tested, (
+            f"{path.stem} is tested where it was learned"
+        )
 
 
 def test_a_set_sees_nothing_where_nothing_is_looked_for():
@@ -67,18 +76,40 @@ def test_two_patches_of_its_own_tell_each_of_twenty_robots(real_data):
     """A drawn film of every tag, moving: from the left as they look, first · 4 + second of red, green, cyan, pink."""
     film = cv2.VideoCapture(str(real_data("fields/robocin/all_tags.mp4")))
     frames = [film.read()[1] for _ in range(125)]
-    profile = learn_profile("tags", [(frames[2], {
-        "blue": [(364, 180)], "yellow": [(364, 266)], "red": [(355, 200)], "green": [(373, 200)], "cyan": [(430, 200)],
-        "pink": [(600, 197)]})])
+    profile = learn_profile(
+        "tags",
+        [
+            (
+                frames[2],
+                {
+                    "blue": [(364, 180)],
+                    "yellow": [(364, 266)],
+                    "red": [(355, 200)],
+                    "green": [(373, 200)],
+                    "cyan": [(430, 200)],
+                    "pink": [(600, 197)],
+                },
+            )
+        ],
+    )
     plan = load_plans()["vsss"].to_json()
     for stage in plan["stages"]:
         if stage["stage"] == "tags":
-            stage |= {"numbers": ["red", "green", "cyan", "pink"], "patches": "2", "apart_mm": 42.0, "front_deg": 180.0}
+            stage |= {
+                "numbers": ["red", "green", "cyan", "pink"],
+                "patches": "2",
+                "apart_mm": 42.0,
+                "front_deg": 180.0,
+            }
     size = ImageSize(1280, 720)
-    sight = StagePipeline(StageConfig.from_json(plan), StageContext(size, profile, FieldLocator.flat(size, 2.1), 60.0,
-                                                                    21.35))
+    sight = StagePipeline(
+        StageConfig.from_json(plan),
+        StageContext(size, profile, FieldLocator.flat(size, 2.1), 60.0, 21.35),
+    )
     numbers = {1, 2, 4, 6, 7, 8, 9, 11, 13, 14}
     for pixels in frames[5::24]:
         robots = sight.process(pixels).detections.of("robot")
-        assert sorted((d.team, d.id) for d in robots) == sorted((t, n) for t in ("blue", "yellow") for n in numbers)
+        assert sorted((d.team, d.id) for d in robots) == sorted(
+            (t, n) for t in ("blue", "yellow") for n in numbers
+        )
         assert all(abs(np.degrees(d.orientation_rad) - 90) < 3 for d in robots)

@@ -14,10 +14,21 @@ from touchline.processes.framing import encode_body
 SEEN = {"seq": 1, "time_s": 1.0, "calibration": "c", "items": []}
 
 
-@pytest.mark.parametrize("broken", [
-    b"", b"\0", encode_body(SEEN)[:-3], encode_body([1]), encode_body({}), encode_body(SEEN | {"items": 3}),
-    encode_body(SEEN | {"time_s": "soon"}), encode_body(SEEN | {"items": [{}]}), encode_body(SEEN | {"items": [None]})],
-    ids=range(9))
+@pytest.mark.parametrize(
+    "broken",
+    [
+        b"",
+        b"\0",
+        encode_body(SEEN)[:-3],
+        encode_body([1]),
+        encode_body({}),
+        encode_body(SEEN | {"items": 3}),
+        encode_body(SEEN | {"time_s": "soon"}),
+        encode_body(SEEN | {"items": [{}]}),
+        encode_body(SEEN | {"items": [None]}),
+    ],
+    ids=range(9),
+)
 def test_a_message_that_cannot_be_read_is_told_and_the_next_one_counts(broken, monkeypatch):
     monkeypatch.setattr(service, "RETRY_S", 0.01)
 

@@ -10,12 +10,30 @@ FPS = 30.0
 
 
 def robot(x, y, number=3, team="yellow", sigma=2.0, front=0.0):
-    return Detection("robot", (0.0, 0.0), team, number, float(x), float(y), 150.0, front,
-                     covariance_mm2=((sigma**2, 0.0), (0.0, sigma**2)))
+    return Detection(
+        "robot",
+        (0.0, 0.0),
+        team,
+        number,
+        float(x),
+        float(y),
+        150.0,
+        front,
+        covariance_mm2=((sigma**2, 0.0), (0.0, sigma**2)),
+    )
 
 
 def ball(x, y):
-    return Detection("ball", (0.0, 0.0), None, None, float(x), float(y), 21.5, covariance_mm2=((4.0, 0.0), (0.0, 4.0)))
+    return Detection(
+        "ball",
+        (0.0, 0.0),
+        None,
+        None,
+        float(x),
+        float(y),
+        21.5,
+        covariance_mm2=((4.0, 0.0), (0.0, 4.0)),
+    )
 
 
 def test_a_robot_that_two_cameras_see_is_one_track_and_the_seam_is_told():
@@ -25,9 +43,15 @@ def test_a_robot_that_two_cameras_see_is_one_track_and_the_seam_is_told():
         tracker.add("right", n / FPS, [robot(100 + 20 * n, 62)])
     (track,) = tracker.to_json()
     assert (track["team"], track["id"], track["cameras"]) == ("yellow", 3, ["left", "right"])
-    assert track["seam_mm"] == pytest.approx(12, abs=0.1) and track["y_mm"] == pytest.approx(56, abs=1.5)
+    assert track["seam_mm"] == pytest.approx(12, abs=0.1) and track["y_mm"] == pytest.approx(
+        56, abs=1.5
+    )
     assert track["vx_mm_s"] == pytest.approx(600, abs=20) and abs(track["vy_mm_s"]) < 60
-    assert seams_of([track]) == {"things": 1, "median_mm": track["seam_mm"], "max_mm": track["seam_mm"]}
+    assert seams_of([track]) == {
+        "things": 1,
+        "median_mm": track["seam_mm"],
+        "max_mm": track["seam_mm"],
+    }
 
 
 def test_the_seam_of_what_moves_is_told_as_if_both_had_looked_at_once():
@@ -43,7 +67,9 @@ def test_where_one_camera_sees_it_there_is_no_seam():
     tracker = ObjectTracker()
     for n in range(5):
         tracker.add("left", n / FPS, [robot(0, 0)])
-    assert tracker.to_json()[0]["seam_mm"] is None and seams_of(tracker.to_json())["median_mm"] is None
+    assert (
+        tracker.to_json()[0]["seam_mm"] is None and seams_of(tracker.to_json())["median_mm"] is None
+    )
 
 
 def test_a_track_goes_on_from_one_camera_to_the_next():
@@ -84,7 +110,10 @@ def test_things_of_other_kinds_and_teams_are_never_one():
     for n in range(4):
         tracker.add("left", n / FPS, [robot(0, 0), robot(5, 0, team="blue"), ball(2, 0)])
     assert sorted((t["kind"], t["team"]) for t in tracker.to_json()) == [
-        ("ball", None), ("robot", "blue"), ("robot", "yellow")]
+        ("ball", None),
+        ("robot", "blue"),
+        ("robot", "yellow"),
+    ]
 
 
 def test_a_frame_that_comes_late_and_what_has_no_place_change_nothing():

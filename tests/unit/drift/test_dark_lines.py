@@ -13,7 +13,9 @@ from touchline.evaluate.field_lines.motion import LineReference
 from touchline.models import Restored
 from touchline.vision.ridges import painted_lines, with_bright_lines
 
-SPEC = SceneSpec(3, "vsss-3v3", "full", "mild", (640, 480), 2200.0, 8.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
+SPEC = SceneSpec(
+    3, "vsss-3v3", "full", "mild", (640, 480), 2200.0, 8.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0
+)
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +38,10 @@ def made(scene, dark):
 
 def test_dark_lines_are_found_as_exactly_as_bright_ones(scene, made):
     _, of_bright = AutomaticRequest(scene.field, scene.region).answer(Frame(scene.pixels))
-    assert error_mm(made, scene) < 1.0 and abs(error_mm(made, scene) - error_mm(of_bright, scene)) < 0.1
+    assert (
+        error_mm(made, scene) < 1.0
+        and abs(error_mm(made, scene) - error_mm(of_bright, scene)) < 0.1
+    )
 
 
 def test_dark_lines_are_checked(dark, made):
@@ -62,12 +67,16 @@ def test_a_camera_above_dark_lines_is_followed(dark, made):
 @pytest.mark.parametrize("level", [0.0, 110.0])
 def test_bright_lines_stay_bright_however_light_their_ground_is(scene, level):
     gray = opencv.to_grey(np.clip(0.5 * scene.pixels + level, 0, 255).astype(np.uint8))
-    assert np.array_equal(with_bright_lines(gray), gray) and np.array_equal(painted_lines(gray).gray, gray)
+    assert np.array_equal(with_bright_lines(gray), gray) and np.array_equal(
+        painted_lines(gray).gray, gray
+    )
 
 
 def test_dark_lines_become_bright(dark):
     gray = opencv.to_grey(dark)
-    assert np.array_equal(with_bright_lines(gray), 255 - gray) and np.array_equal(painted_lines(gray).gray, 255 - gray)
+    assert np.array_equal(with_bright_lines(gray), 255 - gray) and np.array_equal(
+        painted_lines(gray).gray, 255 - gray
+    )
 
 
 def test_a_picture_of_one_colour_has_no_lines():

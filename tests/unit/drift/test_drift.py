@@ -48,13 +48,17 @@ def looks(reference: LineReference, rendering: Rendering, seconds, watch: DriftW
         yield watch.add(sample, float(second)), sample
 
 
-@pytest.mark.parametrize(("scene", "by"), [("half", "1 px"), ("whole", "3 mm"), long("half", "3 mm"),
-                                           long("whole", "1 px")])
+@pytest.mark.parametrize(
+    ("scene", "by"),
+    [("half", "1 px"), ("whole", "3 mm"), long("half", "3 mm"), long("whole", "1 px")],
+)
 def test_a_small_knock_is_found_at_the_second_look(request, scene, by):
     rendering, reference = request.getfixturevalue(scene)
     other, (px, mm) = knocked(rendering, by, np.random.default_rng(3))
     watch = DriftWatch(0.0)
-    assert [told.state for told, _ in looks(reference, rendering, range(1, 4), watch)] == ["steady"] * 3
+    assert [told.state for told, _ in looks(reference, rendering, range(1, 4), watch)] == [
+        "steady"
+    ] * 3
     told = [told for told, _ in looks(reference, other, range(4, 6), watch)]
     assert [one.state for one in told] == ["steady", "knocked"]
     assert told[-1].since == 4.0  # when it was seen first
@@ -83,8 +87,12 @@ def test_a_picture_that_jumps_any_way_is_told_with_its_size(half, px):
     model, there = reference.samples.flow.model, reference.samples
     for degrees in range(0, 360, 30):
         shift = px * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
-        jumped = cv2.warpAffine(rendering.frame_at(7, 7.0), np.float64([[1, 0, shift[0]], [0, 1, shift[1]]]),
-                                tuple(reference.size), flags=cv2.INTER_CUBIC)
+        jumped = cv2.warpAffine(
+            rendering.frame_at(7, 7.0),
+            np.float64([[1, 0, shift[0]], [0, 1, shift[1]]]),
+            tuple(reference.size),
+            flags=cv2.INTER_CUBIC,
+        )
         truth = np.linalg.norm(field_from_raw(model, there.raw + shift) - there.field, axis=1)
         told = reference.look(jumped)
         assert told.moved.mm == pytest.approx(np.nanpercentile(truth, 95), rel=0.25), degrees
@@ -100,8 +108,13 @@ def test_a_model_without_rays_is_followed_as_well(model):
 
 
 @rounds("last", 5, 15)
-@pytest.mark.parametrize("scene", [
-    HALF + "&flicker=0.15&people=1", "sim://vsss-3v3?size=480x360&robots=6&people=1&glare=0.6&drift=0.6&noise=4"])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        HALF + "&flicker=0.15&people=1",
+        "sim://vsss-3v3?size=480x360&robots=6&people=1&glare=0.6&drift=0.6&noise=4",
+    ],
+)
 def test_robots_people_and_light_are_no_knock(scene, last):
     rendering, reference = followed(scene)
     told = list(looks(reference, rendering, range(1, last + 1)))
@@ -113,15 +126,22 @@ def test_what_a_model_does_not_tell_exactly_is_no_drift(half, half_model):
     rendering, _ = half
     x, y, z = half_model.position_mm
     wrong = replace(half_model, position_mm=(x + 40, y, z))  # some px
-    reference = LineReference.of([rendering.frame_at(0, 0.0)], wrong, rendering.field, rendering.region)
+    reference = LineReference.of(
+        [rendering.frame_at(0, 0.0)], wrong, rendering.field, rendering.region
+    )
     assert reference.look(rendering.frame_at(1, 1.0)).moved.px < 0.05
 
 
 @pytest.mark.parametrize(("blur_px", "how"), [(1.9, "softer"), (3.0, "softer")])
 def test_a_lens_bumped_out_of_focus_is_told_from_a_knock(half, blur_px, how):
     rendering, reference = half
-    soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.motion,
-                        sensor=replace(rendering.sensor, blur_px=blur_px))
+    soft = Rendering.of(
+        rendering.camera,
+        rendering.field,
+        rendering.region,
+        rendering.motion,
+        sensor=replace(rendering.sensor, blur_px=blur_px),
+    )
     told, sample = list(looks(reference, soft, range(1, 4)))[-1]
     assert told.state == "out-of-focus" and how in sentence(told.state, sample)
     assert sample.softer_px == pytest.approx(np.sqrt(blur_px**2 - 0.65**2), rel=0.35)
@@ -129,9 +149,16 @@ def test_a_lens_bumped_out_of_focus_is_told_from_a_knock(half, blur_px, how):
 
 def test_a_lens_that_was_soft_and_is_sharp_has_another_focus_too(half, half_model):
     rendering, _ = half
-    soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.motion,
-                        sensor=replace(rendering.sensor, blur_px=2.4))
-    reference = LineReference.of([soft.frame_at(0, 0.0)], half_model, rendering.field, rendering.region)
+    soft = Rendering.of(
+        rendering.camera,
+        rendering.field,
+        rendering.region,
+        rendering.motion,
+        sensor=replace(rendering.sensor, blur_px=2.4),
+    )
+    reference = LineReference.of(
+        [soft.frame_at(0, 0.0)], half_model, rendering.field, rendering.region
+    )
     told, sample = list(looks(reference, rendering, range(1, 4)))[-1]
     assert told.state == "out-of-focus" and "sharper" in sentence(told.state, sample)
 
@@ -139,9 +166,15 @@ def test_a_lens_that_was_soft_and_is_sharp_has_another_focus_too(half, half_mode
 def test_a_picture_of_something_else_is_a_replaced_camera(half):
     rendering, reference = half
     other = source_from_url("sim://vsss-3v3?size=640x480&robots=3", SourceContext(FIELDS)).rendering
-    assert [told.state for told, _ in looks(reference, other, range(1, 5))][-2:] == ["learning", "replaced"]
+    assert [told.state for told, _ in looks(reference, other, range(1, 5))][-2:] == [
+        "learning",
+        "replaced",
+    ]
     far = bumped(rendering, 9.0, 5.0)
-    assert [told.state for told, _ in looks(reference, far, range(1, 5))][-2:] == ["learning", "replaced"]
+    assert [told.state for told, _ in looks(reference, far, range(1, 5))][-2:] == [
+        "learning",
+        "replaced",
+    ]
 
 
 def test_people_who_cover_most_lines_are_no_alarm(half):
@@ -151,7 +184,9 @@ def test_people_who_cover_most_lines_are_no_alarm(half):
         rng = np.random.default_rng(second)
         for _ in range(60):
             x, y = rng.integers(0, 640), rng.integers(0, 480)
-            cv2.circle(picture, (int(x), int(y)), 45, tuple(int(v) for v in rng.integers(60, 200, 3)), -1)
+            cv2.circle(
+                picture, (int(x), int(y)), 45, tuple(int(v) for v in rng.integers(60, 200, 3)), -1
+            )
         assert state_of(reference.look(picture)) not in ALARMS
 
 
@@ -169,14 +204,24 @@ def test_a_real_picture_compressed_anew_is_steady_and_a_turned_one_is_not():
         pytest.skip("the picture is not beside the project")
     clicks, picture = json.loads((CLICKS / "ssl_2008_half.json").read_text()), cv2.imread(str(path))
     region = FIELDS[clicks["field"]].region(clicks["region"], clicks.get("rotate"))
-    task = CalibrationRequest(observations_from_json(clicks["observations"]), FIELDS[clicks["field"]], region,
-                              ImageSize.of(clicks["image_size"]), "brown-conrady")
-    reference = LineReference.of([picture], task.run(cross_validate=False).model, task.field, region)
+    task = CalibrationRequest(
+        observations_from_json(clicks["observations"]),
+        FIELDS[clicks["field"]],
+        region,
+        ImageSize.of(clicks["image_size"]),
+        "brown-conrady",
+    )
+    reference = LineReference.of(
+        [picture], task.run(cross_validate=False).model, task.field, region
+    )
     rng = np.random.default_rng(4)
 
     def sent(pixels):
         noisy = np.clip(pixels + rng.normal(0, 3, pixels.shape), 0, 255).astype(np.uint8)
-        return cv2.imdecode(cv2.imencode(".jpg", noisy, [cv2.IMWRITE_JPEG_QUALITY, 70])[1], cv2.IMREAD_COLOR)
+        return cv2.imdecode(
+            cv2.imencode(".jpg", noisy, [cv2.IMWRITE_JPEG_QUALITY, 70])[1], cv2.IMREAD_COLOR
+        )
+
     assert all(reference.look(sent(picture)).moved.px < 0.05 for _ in range(3))
     turn = cv2.getRotationMatrix2D(task.image_size.centre, 0.2, 1)
     turned = cv2.warpAffine(picture, turn, tuple(task.image_size), flags=cv2.INTER_CUBIC)
@@ -197,9 +242,33 @@ def seen(px: float = 0.0, **more) -> MotionSample:
 
 def test_one_strange_look_is_no_alarm_and_two_are():
     watch = DriftWatch(0.0)
-    states = [watch.add(sample, float(i)).state for i, sample in enumerate(
-        [seen(), seen(3), seen(), MotionSample("gone", 0), seen(), seen(3), seen(3), seen(), seen()])]
-    assert states == ["steady", "steady", "steady", "steady", "steady", "steady", "knocked", "knocked", "steady"]
+    states = [
+        watch.add(sample, float(i)).state
+        for i, sample in enumerate(
+            [
+                seen(),
+                seen(3),
+                seen(),
+                MotionSample("gone", 0),
+                seen(),
+                seen(3),
+                seen(3),
+                seen(),
+                seen(),
+            ]
+        )
+    ]
+    assert states == [
+        "steady",
+        "steady",
+        "steady",
+        "steady",
+        "steady",
+        "steady",
+        "knocked",
+        "knocked",
+        "steady",
+    ]
 
 
 def test_a_calibration_whose_lines_are_elsewhere_is_an_alarm_though_the_camera_stays_and_a_knock_comes_first():
@@ -231,12 +300,18 @@ def test_an_alarm_holds_until_a_look_disproves_it_and_says_that_nothing_is_seen_
 
 def test_a_camera_thought_replaced_is_believed_once_its_scene_is_seen_again_though_people_stand_in_it():
     watch = DriftWatch(0.0)
-    states = [watch.add(sample, 0.0).state for sample in [MotionSample("gone", 0)] * 4 + [MotionSample("dark", 0)] * 4
-              + [MotionSample("covered", 0)] * 4]
+    states = [
+        watch.add(sample, 0.0).state
+        for sample in [MotionSample("gone", 0)] * 4
+        + [MotionSample("dark", 0)] * 4
+        + [MotionSample("covered", 0)] * 4
+    ]
     assert states[3] == states[7] == "replaced" and states[-1] == "covered"
 
 
-@pytest.mark.parametrize(("kind", "monitored"), [("seen", True), ("dark", False), ("covered", False)])
+@pytest.mark.parametrize(
+    ("kind", "monitored"), [("seen", True), ("dark", False), ("covered", False)]
+)
 def test_what_cannot_be_seen_is_not_monitored(kind, monitored):
     watch = DriftWatch(0.0)
     assert not watch.status.to_json()["monitored"]
@@ -259,7 +334,10 @@ def test_an_alarm_is_worded_anew_only_when_it_has_become_another():
     watch = DriftWatch(0.0)
     for second, px in enumerate((3.0, 3.0, 3.05, 2.9)):
         watch.add(seen(px), float(second))
-    assert "15 mm (3.0 px)" in watch.status.to_json()["sentence"] and watch.status.to_json()["px"] == 2.9
+    assert (
+        "15 mm (3.0 px)" in watch.status.to_json()["sentence"]
+        and watch.status.to_json()["px"] == 2.9
+    )
     assert "30 mm (6.0 px)" in watch.add(seen(6.0), 5.0).to_json()["sentence"]
 
 

@@ -18,11 +18,13 @@ from touchline.models import Restored
 
 URL = "sim://table?size=640x480&robots=3"
 WAYS = {"turned": (-1, -1), "mirrored": (1, -1), "upside down": (-1, 1)}
-SCENES = ("sim://ssl-div-b?size=640x512&robots=12&people=2&k1=-0.2",
-          "sim://ssl-div-b?cameras=2&camera=0&size=640x512&robots=12&people=3&flicker=0.1&tilt=12&k1=-0.35",
-          "sim://ssl-div-a?size=640x480&robots=22&people=4&drift=0.5&flicker=0.05",
-          "sim://vsss-3v3?size=640x480&robots=6&people=1&drift=0.5&noise=4",
-          "sim://table?size=640x512&robots=8&people=4&noise=6&flicker=0.2&glare=0.5")
+SCENES = (
+    "sim://ssl-div-b?size=640x512&robots=12&people=2&k1=-0.2",
+    "sim://ssl-div-b?cameras=2&camera=0&size=640x512&robots=12&people=3&flicker=0.1&tilt=12&k1=-0.35",
+    "sim://ssl-div-a?size=640x480&robots=22&people=4&drift=0.5&flicker=0.05",
+    "sim://vsss-3v3?size=640x480&robots=6&people=1&drift=0.5&noise=4",
+    "sim://table?size=640x512&robots=8&people=4&noise=6&flicker=0.2&glare=0.5",
+)
 
 
 def turned(picture, way):
@@ -41,7 +43,9 @@ def rendering():
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_lines_that_fit_in_a_turned_or_mirrored_picture_convince_nobody(calibration, rendering, way):
+def test_lines_that_fit_in_a_turned_or_mirrored_picture_convince_nobody(
+    calibration, rendering, way
+):
     before, now = rendering.frame_at(0, 0.0), turned(rendering.frame_at(40, 40.0), way)
     reason = "turned" if way == "turned" else "mirrored"
     assert check(calibration, now)["orientation"] == "unknown"  # and its lines are where they were
@@ -53,7 +57,11 @@ def test_lines_that_fit_in_a_turned_or_mirrored_picture_convince_nobody(calibrat
         reregister(calibration, Frame(now), before=Frame(before))
     assert refused.value.reason == reason and refused.value.fix
 
-    reference, watch, sample = LineReference.of([before], *Restored.of(calibration)), DriftWatch(0.0), None
+    reference, watch, sample = (
+        LineReference.of([before], *Restored.of(calibration)),
+        DriftWatch(0.0),
+        None,
+    )
     for second in range(5):
         sample = reference.look(now, sample)
         told = watch.add(sample, float(second)).to_json()
@@ -63,8 +71,13 @@ def test_lines_that_fit_in_a_turned_or_mirrored_picture_convince_nobody(calibrat
 def test_the_same_way_round_is_confirmed_and_registered(calibration, rendering):
     before, now = rendering.frame_at(0, 0.0), rendering.frame_at(40, 40.0)
     found = check(calibration, now, before=before)
-    assert found["orientation"] == "confirmed" and found["verdict"]["reason"] not in ("turned", "mirrored")
-    assert reregister(calibration, Frame(now), before=Frame(before))[0]["verdict"]["level"] != "poor"
+    assert found["orientation"] == "confirmed" and found["verdict"]["reason"] not in (
+        "turned",
+        "mirrored",
+    )
+    assert (
+        reregister(calibration, Frame(now), before=Frame(before))[0]["verdict"]["level"] != "poor"
+    )
 
 
 @rounds("url", SCENES[0], *SCENES[1:])

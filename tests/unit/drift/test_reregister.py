@@ -44,26 +44,37 @@ def version(url: str, model: str) -> Calibration:
 def rms_mm(calibration: Calibration, rendering: Rendering) -> float:
     """Its error over what its camera sees of the region."""
     model = model_from_json(calibration.model_name, calibration.model_parameters)
-    x, y = np.meshgrid(np.linspace(*rendering.region.x_mm, 13), np.linspace(*rendering.region.y_mm, 9))
+    x, y = np.meshgrid(
+        np.linspace(*rendering.region.x_mm, 13), np.linspace(*rendering.region.y_mm, 9)
+    )
     places = np.stack([x.ravel(), y.ravel()], axis=-1)
     raw = rendering.camera.raw_from_field(places)
     seen = rendering.camera.sees(raw)
-    return float(np.sqrt(np.nanmean(np.sum((field_from_raw(model, raw[seen]) - places[seen]) ** 2, axis=1))))
+    return float(
+        np.sqrt(np.nanmean(np.sum((field_from_raw(model, raw[seen]) - places[seen]) ** 2, axis=1)))
+    )
 
 
 def lens_moved(before: Calibration, made: Calibration) -> float:
     """By how many σ of its own the furthest of a lens's numbers is from where it was."""
-    old, new = (camera_intrinsics(model_from_json(c.model_name, c.model_parameters), c.covariance)
-                for c in (before, made))
+    old, new = (
+        camera_intrinsics(model_from_json(c.model_name, c.model_parameters), c.covariance)
+        for c in (before, made)
+    )
     sigmas = np.sqrt(np.diag(old.covariance))
-    return max(abs(new.values[name] - old.values[name]) / sigma for name, sigma in zip(old.estimated, sigmas,
-                                                                                      strict=True) if sigma > 0)
+    return max(
+        abs(new.values[name] - old.values[name]) / sigma
+        for name, sigma in zip(old.estimated, sigmas, strict=True)
+        if sigma > 0
+    )
 
 
 @pytest.mark.parametrize("degrees", [(0.2, 0.0, 0.1), (0.9, -0.7, 1.5)])
 def test_the_lens_stays_and_the_millimetres_come_back(camera, degrees):
     before, other = version(URL, "brown-conrady"), bumped(camera, *degrees)
-    told, made = reregister(before, Frame(other.frame_at(1, 1.0)), before=Frame(camera.frame_at(0, 0.0)))
+    told, made = reregister(
+        before, Frame(other.frame_at(1, 1.0)), before=Frame(camera.frame_at(0, 0.0))
+    )
     assert lens_moved(before, made) < 3.0  # σ of what was known of it
     assert made.model_parameters["aspect"] == before.model_parameters["aspect"]
     assert rms_mm(before, other) > 10
@@ -77,17 +88,29 @@ def test_the_lens_stays_and_the_millimetres_come_back(camera, degrees):
 TURNED, MOVED = ((0.2, -0.3, 0.2), (0, 0, 0)), ((-0.03, -0.15, 0.09), (-26, 2, -19))
 
 
-@pytest.mark.parametrize(("seed", "knock", "smaller"), [
-    long(2, TURNED, {"size": (480, 360)}), (5, TURNED, {"size": (480, 360)}),
-    long(2, TURNED, {}), long(2, MOVED, {}), long(6, TURNED, {})])
-def test_lines_beside_their_places_or_painted_wide_are_neither_another_lens_nor_lost(seed, knock, smaller):
+@pytest.mark.parametrize(
+    ("seed", "knock", "smaller"),
+    [
+        long(2, TURNED, {"size": (480, 360)}),
+        (5, TURNED, {"size": (480, 360)}),
+        long(2, TURNED, {}),
+        long(2, MOVED, {}),
+        long(6, TURNED, {}),
+    ],
+)
+def test_lines_beside_their_places_or_painted_wide_are_neither_another_lens_nor_lost(
+    seed, knock, smaller
+):
     """Of the simulator that is not ours: paint is 3 mm off, 10 mm once, or four times as wide as in the rules."""
     spec, (degrees, moved_mm) = second_simulator.scene_spec(seed, **smaller), knock
     scene = second_simulator.render(spec)
     _, before = AutomaticRequest(scene.field, scene.region).answer(Frame(scene.pixels))
     turn = cv2.Rodrigues(np.radians(degrees))[0] @ scene.camera.camera_from_field
-    camera = replace(scene.camera, rotation=tuple(cv2.Rodrigues(turn)[0].ravel()),
-                     translation_mm=tuple(-turn @ (scene.camera.position_mm + moved_mm)))
+    camera = replace(
+        scene.camera,
+        rotation=tuple(cv2.Rodrigues(turn)[0].ravel()),
+        translation_mm=tuple(-turn @ (scene.camera.position_mm + moved_mm)),
+    )
     knocked = second_simulator.render(spec, camera)
     _, made = reregister(before, Frame(knocked.pixels), before=Frame(scene.pixels))
     model = model_from_json(made.model_name, made.model_parameters)
@@ -109,7 +132,9 @@ def test_a_model_without_a_lens_of_its_own_is_moved_along(model):
     url = "sim://ssl-div-b?size=640x480&robots=4&k1=-0.03&fill=0.8"
     camera = rendered(url)
     before, other = calibrated(url, model), bumped(camera, 0.05, 0.1, 0.2)
-    _, made = reregister(before, Frame(other.frame_at(1, 1.0)), before=Frame(camera.frame_at(0, 0.0)))
+    _, made = reregister(
+        before, Frame(other.frame_at(1, 1.0)), before=Frame(camera.frame_at(0, 0.0))
+    )
     own, left = rms_mm(before, camera), rms_mm(made, other)
     assert rms_mm(before, other) > own + 3
     assert left < 1.1 * own + 1
@@ -145,8 +170,15 @@ def with_known_lens() -> Calibration:
     one, rendering = version(URL, "brown-conrady"), rendered(URL)
     options = {"height_mm": {"value": rendering.camera.position_mm[2], "sigma": 3}}
     for _ in range(2):
-        task = CalibrationRequest(observations_from_json(list(one.observations)), rendering.field, rendering.region,
-                                  one.image_size, "brown-conrady", options, "test")
+        task = CalibrationRequest(
+            observations_from_json(list(one.observations)),
+            rendering.field,
+            rendering.region,
+            one.image_size,
+            "brown-conrady",
+            options,
+            "test",
+        )
         one = replace(task.record(task.run(cross_validate=False)), id="made")
         options = {"lens": one.lens_option(), "lens_sigma": "0"}
     return one
@@ -156,16 +188,26 @@ def with_known_lens() -> Calibration:
 def test_a_zoom_is_told_from_a_camera_that_sank(camera, factor):
     """The height would take it up: the lines fit within 0.1 px all the same."""
     with pytest.raises(FitFailed) as refused:
-        reregister(with_known_lens(), Frame(zoomed(camera, factor).frame_at(1, 1.0)),
-                   before=Frame(camera.frame_at(0, 0.0)))
+        reregister(
+            with_known_lens(),
+            Frame(zoomed(camera, factor).frame_at(1, 1.0)),
+            before=Frame(camera.frame_at(0, 0.0)),
+        )
     assert refused.value.reason == "lens-changed"
     told = re.search(r"length is ([+-][0-9.]+) ± ([0-9.]+) %", refused.value.what)
-    assert told and float(told[1]) == pytest.approx(100 * (factor - 1), abs=3 * float(told[2])) and float(told[2]) < 0.5
+    assert (
+        told
+        and float(told[1]) == pytest.approx(100 * (factor - 1), abs=3 * float(told[2]))
+        and float(told[2]) < 0.5
+    )
 
 
 def test_a_hard_knock_is_no_zoom(camera):
-    told, _ = reregister(with_known_lens(), Frame(bumped(camera, 0.9, -0.7, 1.5).frame_at(1, 1.0)),
-                         before=Frame(camera.frame_at(0, 0.0)))
+    told, _ = reregister(
+        with_known_lens(),
+        Frame(bumped(camera, 0.9, -0.7, 1.5).frame_at(1, 1.0)),
+        before=Frame(camera.frame_at(0, 0.0)),
+    )
     assert told["zoom"]["state"] == "held" and "With the same lens" in told["sentence"]
     assert abs(told["zoom"]["pct"]) < 3 * told["zoom"]["sigma_pct"] < 1.5
 
@@ -175,14 +217,26 @@ def test_lines_taken_for_their_neighbours_are_no_pose():
     url = "sim://ssl-div-b?size=480x384&robots=3&k1=-0.2&tilt=8"
     one = rendered(url)
     with pytest.raises(FitFailed) as refused:
-        reregister(version(url, "brown-conrady"), Frame(zoomed(one, 0.95).frame_at(1, 1.0)),
-                   before=Frame(one.frame_at(0, 0.0)))
+        reregister(
+            version(url, "brown-conrady"),
+            Frame(zoomed(one, 0.95).frame_at(1, 1.0)),
+            before=Frame(one.frame_at(0, 0.0)),
+        )
     assert refused.value.reason == "lines-not-found" and "Whole field lines" in refused.value.what
 
 
-@pytest.mark.parametrize(("zoom", "sigma", "state"), [
-    (0.03, 0.001, "refuted"), (-0.03, 0.001, "refuted"), (0.004, 0.0001, "held"), (0.004, 0.001, "held"),
-    (0.03, 0.007, "not-tested"), (0.0, 0.005, "not-tested"), (np.nan, np.nan, "not-tested")])
+@pytest.mark.parametrize(
+    ("zoom", "sigma", "state"),
+    [
+        (0.03, 0.001, "refuted"),
+        (-0.03, 0.001, "refuted"),
+        (0.004, 0.0001, "held"),
+        (0.004, 0.001, "held"),
+        (0.03, 0.007, "not-tested"),
+        (0.0, 0.005, "not-tested"),
+        (np.nan, np.nan, "not-tested"),
+    ],
+)
 def test_a_zoom_that_would_not_show_is_not_held(zoom, sigma, state):
     assert ZoomCheck(zoom, sigma).state == state
 

@@ -26,9 +26,13 @@ BARREL, PINCUSHION, TILTED = plain_examples("polynomial")
 
 
 def calibrated(model=PINCUSHION, *extra, noise_px=0.3, seed=0, **options):
-    observations = (*seen(model, model.region, 9, noise_px=noise_px, rng=np.random.default_rng(seed)), *extra)
-    return calibration.calibrate(observations, plain_field(model.region), model.region, model.image_size,
-                              options=options)
+    observations = (
+        *seen(model, model.region, 9, noise_px=noise_px, rng=np.random.default_rng(seed)),
+        *extra,
+    )
+    return calibration.calibrate(
+        observations, plain_field(model.region), model.region, model.image_size, options=options
+    )
 
 
 def test_a_bow_outwards_is_negative_and_a_bow_inwards_positive():
@@ -42,8 +46,10 @@ def test_a_bow_outwards_is_negative_and_a_bow_inwards_positive():
     assert [distortion_kind(p) for p in (-2.4, 0.1, 1.0)] == ["barrel", "none", "pincushion"]
 
 
-@pytest.mark.parametrize("lens, kind", [("strong", "barrel"), ("half", "barrel"), ("none", "none"),
-                                        ("pincushion", "pincushion")])
+@pytest.mark.parametrize(
+    "lens, kind",
+    [("strong", "barrel"), ("half", "barrel"), ("none", "none"), ("pincushion", "pincushion")],
+)
 def test_the_distortion_of_a_real_lens_has_its_sign_and_is_gone_after(lens, kind):
     camera, field = reference_camera(lens), reference_field()
     clicks = border_observations(camera, field.regions["full"], 9, 0.3, np.random.default_rng(1))
@@ -51,18 +57,25 @@ def test_the_distortion_of_a_real_lens_has_its_sign_and_is_gone_after(lens, kind
     assert found["kind"] == kind
     assert abs(found["after_pct"]) < 0.1
     for border in BORDERS:
-        truth = sag_pct(camera.raw_from_field(field.regions["full"].border(border).sample(201)), np.array(SIZE.centre))
+        truth = sag_pct(
+            camera.raw_from_field(field.regions["full"].border(border).sample(201)),
+            np.array(SIZE.centre),
+        )
         assert found["per_border"][border]["before_pct"] == pytest.approx(truth, abs=0.12)
         assert abs(found["per_border"][border]["after_pct"]) < 0.15
 
 
 def test_without_a_height_from_straight_above_no_error_at_robot_tops_is_told():
     camera, field = reference_camera("strong", 0), reference_field()
-    region, tape = field.regions["full"], {"height_mm": {"value": float(camera.position_mm[2]), "sigma": 30.0}}
+    region, tape = (
+        field.regions["full"],
+        {"height_mm": {"value": float(camera.position_mm[2]), "sigma": 30.0}},
+    )
     clicks = border_observations(camera, region, 9, 0.3, np.random.default_rng(0))
     for options, is_known in (({}, False), (tape, True)):
-        report = calibration.calibrate(clicks, field, region, SIZE, "brown-conrady", options=options,
-                                       cross_validate=False).report
+        report = calibration.calibrate(
+            clicks, field, region, SIZE, "brown-conrady", options=options, cross_validate=False
+        ).report
         assert report["sigma_mm"]["hat"]["known"] is is_known
         assert (report["sigma_mm"]["hat"]["rms"] <= 15) is is_known
         assert ("at robot tops is unknown" in report["verdict"]["sentence"]) is not is_known
@@ -74,8 +87,12 @@ def test_a_bow_of_clicks_needs_four():
 
 
 def test_a_residual_is_the_distance_to_the_line_in_pixels_and_on_the_carpet():
-    foot = PINCUSHION.raw_from_corrected(PINCUSHION.corrected_from_field(np.array([[-2000.0, 300.0], [-2000, -700]])))
-    off = PINCUSHION.raw_from_corrected(PINCUSHION.corrected_from_field(np.array([[-1990.0, 300.0], [-2007, -700]])))
+    foot = PINCUSHION.raw_from_corrected(
+        PINCUSHION.corrected_from_field(np.array([[-2000.0, 300.0], [-2000, -700]]))
+    )
+    off = PINCUSHION.raw_from_corrected(
+        PINCUSHION.corrected_from_field(np.array([[-1990.0, 300.0], [-2007, -700]]))
+    )
     found = feature_residuals(PINCUSHION, Observation("left", "line", off), plain_field(), FULL)
     np.testing.assert_allclose(found.mm, [10, 7], atol=1e-9)
     np.testing.assert_allclose(found.foot, foot, atol=1e-9)
@@ -84,8 +101,21 @@ def test_a_residual_is_the_distance_to_the_line_in_pixels_and_on_the_carpet():
 
 def test_the_report_is_plain_json_with_every_promised_field():
     report = json.loads(json.dumps(calibrated().report, allow_nan=False))
-    assert {"rms_px", "max_px", "rms_mm", "max_mm", "cv_rms_mm", "inliers", "outliers", "sigma_mm", "distortion",
-            "per_feature", "warnings", "verdict", "degree"} <= set(report)
+    assert {
+        "rms_px",
+        "max_px",
+        "rms_mm",
+        "max_mm",
+        "cv_rms_mm",
+        "inliers",
+        "outliers",
+        "sigma_mm",
+        "distortion",
+        "per_feature",
+        "warnings",
+        "verdict",
+        "degree",
+    } <= set(report)
     assert [f["feature"] for f in report["per_feature"]] == list(BORDERS)
     assert all(len(f["residuals"]) == f["n"] == 9 for f in report["per_feature"])
     assert report["inliers"] == 36 and report["outliers"] == 0
@@ -121,7 +151,10 @@ def test_borders_alone_say_nothing_of_the_inside_and_a_lens_on_the_same_points_d
     assert found.report["verdict"]["mm"] == pytest.approx(true_mm, rel=0.15)
     assert "same points" in found.report["verdict"]["sentence"]
     told = {w["reason"]: w["fix"] for w in found.report["warnings"]}
-    assert set(told) == {"inside-not-checked", "another-lens"} and "Add a few points" in told["inside-not-checked"]
+    assert (
+        set(told) == {"inside-not-checked", "another-lens"}
+        and "Add a few points" in told["inside-not-checked"]
+    )
 
 
 def test_borders_alone_are_unknown_inside_where_no_lens_contradicts():
@@ -141,24 +174,39 @@ def test_a_lens_that_explains_the_points_much_worse_contradicts_nothing():
     def bent(raw):
         x, y = ((raw - (640, 512)) / 600).T
         return raw + 40 * np.stack([np.sin(3 * y), np.sin(3 * x)], axis=1)
+
     clicks = [replace(o, points=bent(o.points)) for o in border_observations(camera, region, 25)]
     inside, mm = known_grid(camera, region, 5, 4)
-    marks = [Observation(tuple(map(float, p)), "landmark", bent(r[None]))
-             for r, p in zip(inside.reshape(-1, 2), mm.reshape(-1, 2), strict=True)]
+    marks = [
+        Observation(tuple(map(float, p)), "landmark", bent(r[None]))
+        for r, p in zip(inside.reshape(-1, 2), mm.reshape(-1, 2), strict=True)
+    ]
     report = calibration.calibrate((*clicks, *marks), field, region, SIZE, "polynomial").report
     assert "another-lens" not in {w["reason"] for w in report["warnings"]}
 
 
 def test_a_mark_inside_that_fits_badly_makes_the_verdict_poor():
     field = plain_field()
-    marks = [Observation((x, y), "landmark", TILTED.raw_from_corrected(TILTED.corrected_from_field(np.array([[x, y]]))))
-             for x, y in ((0.0, 0.0), (500.0, 200.0), (-700.0, -300.0), (900.0, 0.0))]
+    marks = [
+        Observation(
+            (x, y),
+            "landmark",
+            TILTED.raw_from_corrected(TILTED.corrected_from_field(np.array([[x, y]]))),
+        )
+        for x, y in ((0.0, 0.0), (500.0, 200.0), (-700.0, -300.0), (900.0, 0.0))
+    ]
     observations = (*seen(TILTED, FULL, 9), *marks)
-    found = calibration.calibrate(observations, field, FULL, ImageSize(1280, 1024), options={"relation_degree": 1})
+    found = calibration.calibrate(
+        observations, field, FULL, ImageSize(1280, 1024), options={"relation_degree": 1}
+    )
     assert found.report["verdict"]["level"] == "poor"
     assert found.report["verdict"]["mm"] > 50
-    assert calibration.calibrate((*seen(TILTED, FULL, 9), *marks_seen(TILTED, field)), field, FULL,
-                              ImageSize(1280, 1024)).report["verdict"]["level"] == "good"
+    assert (
+        calibration.calibrate(
+            (*seen(TILTED, FULL, 9), *marks_seen(TILTED, field)), field, FULL, ImageSize(1280, 1024)
+        ).report["verdict"]["level"]
+        == "good"
+    )
 
 
 def test_a_stray_counts_neither_in_the_residuals_nor_in_the_held_out_error():
@@ -166,8 +214,9 @@ def test_a_stray_counts_neither_in_the_residuals_nor_in_the_held_out_error():
     observations = list(seen(PINCUSHION, FULL, 9, noise_px=0.2, rng=np.random.default_rng(0)))
     off = np.array([[20.0, 0.0]]) * (np.arange(9) == 4)[:, None]
     observations[0] = Observation("left", "line", observations[0].points + off)
-    found = calibration.calibrate(tuple(observations), plain_field(), FULL, PINCUSHION.image_size,
-                                  options={"degree": 2})
+    found = calibration.calibrate(
+        tuple(observations), plain_field(), FULL, PINCUSHION.image_size, options={"degree": 2}
+    )
     assert found.report["outliers"] == 1
     assert found.report["cv_rms_mm"] == pytest.approx(clean["cv_rms_mm"], rel=0.2)
     assert found.report["per_feature"][0]["residuals"][4]["outlier"] is True
@@ -179,9 +228,13 @@ def test_one_border_at_once_is_the_border_of_the_whole():
     alone = calibration.fit_border(points, "x_of_y", 3, BARREL.image_size)
     whole = calibrated(BARREL, noise_px=0.3, seed=2, degree=3)
     rows = np.linspace(60, 500, 9)
-    np.testing.assert_allclose(np.polynomial.Polynomial(alone["coefficients"])(rows), whole.model.left(rows), atol=1e-6)
+    np.testing.assert_allclose(
+        np.polynomial.Polynomial(alone["coefficients"])(rows), whole.model.left(rows), atol=1e-6
+    )
     assert alone["kind"] == "barrel" and alone["distortion_pct"] < 0
-    assert alone["residuals_px"] == pytest.approx(points[:, 0] - whole.model.left(points[:, 1]), abs=1e-6)
+    assert alone["residuals_px"] == pytest.approx(
+        points[:, 0] - whole.model.left(points[:, 1]), abs=1e-6
+    )
 
 
 def test_the_overlay_draws_the_field_where_the_clicks_were():
@@ -197,7 +250,9 @@ def test_the_overlay_draws_the_field_where_the_clicks_were():
 def test_transform_goes_there_and_back_between_all_spaces(source, target):
     start = calibration.transform(BARREL, grid(780, 580, 5, 4), "image", source)
     there = calibration.transform(BARREL, start, source, target)
-    np.testing.assert_allclose(calibration.transform(BARREL, there, target, source), start, atol=1e-5)
+    np.testing.assert_allclose(
+        calibration.transform(BARREL, there, target, source), start, atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("camera", plain_examples("brown-conrady")[:3])
@@ -206,11 +261,19 @@ def test_transform_at_hat_height_follows_the_rays_whichever_picture_is_asked(cam
     region = camera.region
     hats = region.field_from_region(grid(region.width_mm, region.height_mm, 5, 4))
     seen_hats = camera.project(np.concatenate([hats, np.full((4, 5, 1), 150.0)], axis=-1))
-    np.testing.assert_allclose(calibration.transform(camera, seen_hats, "image", "field", 150.0), hats, atol=1e-5)
-    np.testing.assert_allclose(calibration.transform(camera, hats, "field", "image", 150.0), seen_hats, atol=1e-9)
+    np.testing.assert_allclose(
+        calibration.transform(camera, seen_hats, "image", "field", 150.0), hats, atol=1e-5
+    )
+    np.testing.assert_allclose(
+        calibration.transform(camera, hats, "field", "image", 150.0), seen_hats, atol=1e-9
+    )
     drawn = calibration.transform(camera, seen_hats, "image", "corrected")
-    np.testing.assert_allclose(calibration.transform(camera, hats, "field", "corrected", 150.0), drawn, atol=1e-6)
-    np.testing.assert_allclose(calibration.transform(camera, drawn, "corrected", "field", 150.0), hats, atol=1e-5)
+    np.testing.assert_allclose(
+        calibration.transform(camera, hats, "field", "corrected", 150.0), drawn, atol=1e-6
+    )
+    np.testing.assert_allclose(
+        calibration.transform(camera, drawn, "corrected", "field", 150.0), hats, atol=1e-5
+    )
     on_carpet = calibration.transform(camera, seen_hats, "image", "field")
     assert np.linalg.norm(on_carpet - hats, axis=-1).max() > 30
 
@@ -219,11 +282,17 @@ def test_transform_at_hat_height_follows_the_rays_whichever_picture_is_asked(cam
 def test_two_clicks_at_one_place_are_one_click(model):
     field = reference_field()
     region = field.regions["full"]
-    clicks = border_observations(reference_camera("mild", 8), region, 9, 0.3, np.random.default_rng(0), anywhere=True)
-    twice = tuple(replace(o, points=np.concatenate([o.points, o.points[::3] + 0.1])) for o in clicks)
+    clicks = border_observations(
+        reference_camera("mild", 8), region, 9, 0.3, np.random.default_rng(0), anywhere=True
+    )
+    twice = tuple(
+        replace(o, points=np.concatenate([o.points, o.points[::3] + 0.1])) for o in clicks
+    )
     plain, doubled = (calibration.calibrate(o, field, region, SIZE, model) for o in (clicks, twice))
     places = grid_over(region, 9, 7)
-    np.testing.assert_allclose(field_from_raw(doubled.model, raw_from_field(plain.model, places)), places, atol=0.05)
+    np.testing.assert_allclose(
+        field_from_raw(doubled.model, raw_from_field(plain.model, places)), places, atol=0.05
+    )
     assert doubled.report["verdict"]["mm"] == pytest.approx(plain.report["verdict"]["mm"], abs=0.02)
 
 
@@ -236,14 +305,27 @@ def test_a_model_that_a_freer_lens_contradicts_is_not_good(model):
     raw, truth = known_grid(camera, region, 21, 17)
 
     def made(name, **more):
-        tape = {"height_mm": {"value": float(camera.position_mm[2]), "sigma": 30.0}} if name != "homography" else {}
+        tape = (
+            {"height_mm": {"value": float(camera.position_mm[2]), "sigma": 30.0}}
+            if name != "homography"
+            else {}
+        )
         return calibration.calibrate(clicks, field, region, SIZE, name, tape, **more)
 
     rigid, freer, dragged = made(model), made("brown-conrady"), made(model, cross_validate=False)
     told = {w["reason"]: w for w in rigid.report["warnings"]}
-    assert rms_mm(field_from_raw(rigid.model, raw), truth) > 7.5 > rms_mm(field_from_raw(freer.model, raw), truth)
-    assert rigid.report["verdict"]["level"] in ("fair", "poor") and freer.report["verdict"]["level"] == "good"
-    assert "Use " in told["another-lens"]["fix"] and "places the field" in told["another-lens"]["text"]
+    assert (
+        rms_mm(field_from_raw(rigid.model, raw), truth)
+        > 7.5
+        > rms_mm(field_from_raw(freer.model, raw), truth)
+    )
+    assert (
+        rigid.report["verdict"]["level"] in ("fair", "poor")
+        and freer.report["verdict"]["level"] == "good"
+    )
+    assert (
+        "Use " in told["another-lens"]["fix"] and "places the field" in told["another-lens"]["text"]
+    )
     # nothing freer is asked; nothing is asked while a point is dragged
     for other in (freer, dragged):
         assert "another-lens" not in {w["reason"] for w in other.report["warnings"]}
@@ -255,11 +337,21 @@ def test_a_lens_that_folds_back_at_the_field_or_inside_it_is_named_and_never_goo
     straight = plain_examples("brown-conrady")[0]
     k1, k2 = -0.1, 0.0
     k3 = -(1 + 3 * k1 * folds_at**2) / (7 * folds_at**6)
-    model = replace(straight, lens_terms=(k1, k2, 0, 0, k3, 0, 0, 0), image_size=ImageSize(1600, 1300),
-                    centre_px=(799.5, 649.5), position_mm=(0.0, 0.0, 4150.0), rotation=(np.pi, 0.0, 0.0))
+    model = replace(
+        straight,
+        lens_terms=(k1, k2, 0, 0, k3, 0, 0, 0),
+        image_size=ImageSize(1600, 1300),
+        centre_px=(799.5, 649.5),
+        position_mm=(0.0, 0.0, 4150.0),
+        rotation=(np.pi, 0.0, 0.0),
+    )
     region, field = model.region, plain_field(model.region)
-    clicks = seen(replace(straight, image_size=model.image_size, centre_px=model.centre_px), region, 9)
-    fit = FITTERS["brown-conrady"].fit(clicks, field, region, model.image_size, {"line_sigma_mm": 0.0})
+    clicks = seen(
+        replace(straight, image_size=model.image_size, centre_px=model.centre_px), region, 9
+    )
+    fit = FITTERS["brown-conrady"].fit(
+        clicks, field, region, model.image_size, {"line_sigma_mm": 0.0}
+    )
     found = report(replace(fit, model=model, inliers=(), used=()), (), field, region, None)
     warnings = {w["reason"]: w["text"] for w in found["warnings"]}
     assert ("lens-ends" in warnings) == told

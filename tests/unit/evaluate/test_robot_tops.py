@@ -19,15 +19,24 @@ TOPS_MM = FIELD.hat_height_mm
 
 def by_clicks(made):
     models = [model_of(calibration) for calibration in made]
-    of_a, of_b = ((model, observations_from_json(calibration.observations), FIELD.region(half))
-                  for model, calibration, half in zip(models, made, HALVES, strict=True))
+    of_a, of_b = (
+        (model, observations_from_json(calibration.observations), FIELD.region(half))
+        for model, calibration, half in zip(models, made, HALVES, strict=True)
+    )
     return models, from_clicks(*of_a, *of_b, FIELD)
 
 
 def judged(made, models, evidence):
     a, b = models
-    return agreement(a, a.image_size, b, b.image_size, FIELD, evidence,
-                     expected=(expected_at_tops(made[0]), expected_at_tops(made[1])))
+    return agreement(
+        a,
+        a.image_size,
+        b,
+        b.image_size,
+        FIELD,
+        evidence,
+        expected=(expected_at_tops(made[0]), expected_at_tops(made[1])),
+    )
 
 
 def mapped(plane):
@@ -55,8 +64,15 @@ def test_robot_tops_that_only_may_differ_take_away_a_good_verdict_and_show_no_di
     found["hat"]["p95_mm"] = 100.0
     assert found["hat_from"] == "expected" and found["carpet"]["p95_mm"] < 5
     verdict = of_pair("North", "South", found, found["n"], "clicks")
-    assert verdict["level"] == "fair" and "is expected" in verdict["sentence"] and "heights" in verdict["fix"]
-    assert of_pair("North", "South", {**found, "hat_from": "matches"}, found["n"], "matches")["level"] == "poor"
+    assert (
+        verdict["level"] == "fair"
+        and "is expected" in verdict["sentence"]
+        and "heights" in verdict["fix"]
+    )
+    assert (
+        of_pair("North", "South", {**found, "hat_from": "matches"}, found["n"], "matches")["level"]
+        == "poor"
+    )
 
 
 def test_of_an_imported_camera_nothing_is_told_at_robot_tops(halves):

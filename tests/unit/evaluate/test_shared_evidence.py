@@ -64,7 +64,9 @@ def test_the_worst_match_is_named_with_its_place_and_is_an_outlier():
     pair, a, b = agreeing()
     spoilt = b.copy()
     spoilt[17] += 8.0
-    report = judged(pair.camera_a, pair.camera_b, from_matches(pair.camera_a, pair.camera_b, a, spoilt, 0.0))
+    report = judged(
+        pair.camera_a, pair.camera_b, from_matches(pair.camera_a, pair.camera_b, a, spoilt, 0.0)
+    )
     assert report["median_mm"] < 1e-5 < 20 < report["max_mm"] and report["carpet"]["max_mm"] < 0.1
     assert report["outliers"] == [17] and report["believed"] == 2 * len(a) - 2
     np.testing.assert_allclose(report["where"], pair.camera_a.unproject(a[17]), atol=40)
@@ -73,7 +75,9 @@ def test_the_worst_match_is_named_with_its_place_and_is_an_outlier():
 def test_a_height_shows_where_only_the_carpet_was_right():
     """Hats at 150 mm: placed at their height both cameras agree, taken for carpet they are centimetres apart."""
     pair = simulated(10, noise_px=0.0, mistakes=0.0)
-    hats = np.column_stack([np.random.default_rng(0).uniform([-800, -800], [800, 800], (30, 2)), np.full(30, 150.0)])
+    hats = np.column_stack(
+        [np.random.default_rng(0).uniform([-800, -800], [800, 800], (30, 2)), np.full(30, 150.0)]
+    )
     a, b = pair.camera_a.project(hats), pair.camera_b.project(hats)
     assert apart_mm(from_matches(pair.camera_a, pair.camera_b, a, b, z_mm=150.0)).max() < 1e-6
     assert np.median(apart_mm(from_matches(pair.camera_a, pair.camera_b, a, b, z_mm=0.0))) > 50
@@ -88,15 +92,27 @@ def test_lines_and_landmarks_clicked_in_both_pictures_tell_as_much():
     moved = replace(pair.camera_b, position_mm=(x + 12.0, y, z))
 
     def seen(model, names, count):
-        return tuple(Observation(n, "line", raw_from_field(model, FIELD.feature(n, FULL).sample(count))) for n in names)
+        return tuple(
+            Observation(n, "line", raw_from_field(model, FIELD.feature(n, FULL).sample(count)))
+            for n in names
+        )
+
     found = from_clicks(
-        pair.camera_a, (*seen(pair.camera_a, ("at-x-1", "at-y-2"), 7), spot(pair.camera_a)), FULL,
-        moved, (*seen(pair.camera_b, ("at-x-1", "at-y-2"), 5), spot(pair.camera_b)), FULL, FIELD)
+        pair.camera_a,
+        (*seen(pair.camera_a, ("at-x-1", "at-y-2"), 7), spot(pair.camera_a)),
+        FULL,
+        moved,
+        (*seen(pair.camera_b, ("at-x-1", "at-y-2"), 5), spot(pair.camera_b)),
+        FULL,
+        FIELD,
+    )
     # of two lines; the landmark, in two directions, comes last
     line = np.isin(found.thing, found.thing[:-2])
     across_x = line & (np.abs(found.places[:, 0] + 800) < 20)
     assert across_x.any()
-    np.testing.assert_allclose(found.offset_mm[across_x], 12.0 * found.normals[across_x, 0], atol=1e-3)
+    np.testing.assert_allclose(
+        found.offset_mm[across_x], 12.0 * found.normals[across_x, 0], atol=1e-3
+    )
     along_x = line & ~across_x
     # the shift runs along that line: it cannot be seen there
     assert np.abs(found.offset_mm[along_x]).max() < 1e-3
@@ -112,7 +128,10 @@ def test_arcs_clicked_in_both_pictures_tell_as_much():
 
     def seen(model, count):
         return (Observation("circle", "line", raw_from_field(model, circle.sample(count)[:-1])),)
-    found = from_clicks(pair.camera_a, seen(pair.camera_a, 23), FULL, moved, seen(pair.camera_b, 17), FULL, FIELD)
+
+    found = from_clicks(
+        pair.camera_a, seen(pair.camera_a, 23), FULL, moved, seen(pair.camera_b, 17), FULL, FIELD
+    )
     radial = (found.places - np.array(circle.centre)) / circle.radius_mm
     # straight between clicks
     np.testing.assert_allclose(found.offset_mm, 12.0 * radial[:, 0], atol=1.0)
@@ -122,8 +141,12 @@ def test_arcs_clicked_in_both_pictures_tell_as_much():
 def test_landmarks_a_millimetre_apart_are_one():
     """Two files of a field may have a spot at 0 and at 0.4 mm, as the check of a rig allows."""
     pair, _, _ = agreeing()
-    other = Observation((0.4, 0.0), "landmark", raw_from_field(pair.camera_b, np.array([[0.0, 0.0]])))
-    found = from_clicks(pair.camera_a, (spot(pair.camera_a),), FULL, pair.camera_b, (other,), FULL, FIELD)
+    other = Observation(
+        (0.4, 0.0), "landmark", raw_from_field(pair.camera_b, np.array([[0.0, 0.0]]))
+    )
+    found = from_clicks(
+        pair.camera_a, (spot(pair.camera_a),), FULL, pair.camera_b, (other,), FULL, FIELD
+    )
     assert len(apart_mm(found)) == 1 and apart_mm(found)[0] < 1e-3
 
 
@@ -143,5 +166,3 @@ def test_nothing_shared_is_said():
     with pytest.raises(FitFailed) as refusal:
         shared_area(pair.camera_a, pair.camera_a.image_size, away, away.image_size, FIELD)
     assert refusal.value.reason == "no-overlap"
-
-

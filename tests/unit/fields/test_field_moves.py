@@ -22,20 +22,32 @@ def moved(field=DIV_B, arcs=None, **shifts):
 
 @pytest.mark.parametrize("field", FIELDS.values(), ids=FIELDS)
 def test_nothing_moved_is_the_same_field(field):
-    assert rounded_field(JoinedField(field).moved({}, {}), 6).to_json() == rounded_field(field, 6).to_json()
+    assert (
+        rounded_field(JoinedField(field).moved({}, {}), 6).to_json()
+        == rounded_field(field, 6).to_json()
+    )
 
 
 def test_a_goal_line_takes_ends_landmarks_edges_and_the_length_along():
     # up along it, its left is towards the middle: this is outwards
     taped = moved(goal_line_right=(-ASIDE, -ASIDE))
-    assert taped.lines["touch-line-top"].end == (4515.0, 3000.0) == taped.landmarks["corner-top-right"].position
+    assert (
+        taped.lines["touch-line-top"].end
+        == (4515.0, 3000.0)
+        == taped.landmarks["corner-top-right"].position
+    )
     assert taped.lines["centre-line"].end == (4515.0, 0.0)
     assert taped.lines["defence-right-top"].end == (4515.0, 1000.0)
     assert taped.landmarks["goal-right-post-top"].position == (4515.0, 500.0)
-    assert taped.regions["full"].x_mm == (-4500.0, 4515.0) and taped.regions["half-left"].x_mm == (-4500.0, 0.0)
+    assert taped.regions["full"].x_mm == (-4500.0, 4515.0) and taped.regions["half-left"].x_mm == (
+        -4500.0,
+        0.0,
+    )
     assert (taped.length_mm, taped.width_mm) == (9015.0, 6000.0)
     assert taped.lines["goal-line-left"] == DIV_B.lines["goal-line-left"]
-    assert field_from_json(taped.to_json()) == taped, "what was taped a little outside is still a field"
+    assert field_from_json(taped.to_json()) == taped, (
+        "what was taped a little outside is still a field"
+    )
 
 
 def test_a_line_that_lies_askew_meets_the_others_where_they_cross():
@@ -63,8 +75,12 @@ def test_a_landmark_on_an_arc_alone_stays_at_its_angle():
 
 
 def test_an_end_on_nothing_goes_with_its_own_line_alone():
-    line = replace(DIV_B.lines["centre-line"], name="free", start=(-1000.0, -2000.0), end=(1000.0, -2100.0))
+    line = replace(
+        DIV_B.lines["centre-line"], name="free", start=(-1000.0, -2000.0), end=(1000.0, -2100.0)
+    )
     field = replace(DIV_B, lines={**DIV_B.lines, "free": line})
     taped = JoinedField(field).moved({"free": (10.0, 10.0)}, {})
-    assert np.allclose(np.subtract(taped.lines["free"].start, line.start), 10 * line.normals(np.array(line.start)))
+    assert np.allclose(
+        np.subtract(taped.lines["free"].start, line.start), 10 * line.normals(np.array(line.start))
+    )
     assert {name: one for name, one in taped.lines.items() if name != "free"} == DIV_B.lines

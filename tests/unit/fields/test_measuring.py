@@ -13,8 +13,11 @@ from touchline.store.fields import load_fields
 from touchline.workflows.calibration_request import CalibrationRequest
 
 FIELD = load_fields()["ssl-div-b"]
-TAPED = ({"goal-line-right": (-15.0, -15.0)}, {"touch-line-top": (15.0, 15.0), "goal-line-left": (-15.0, -15.0)},
-         {"halfway-line": (15.0, 15.0)})
+TAPED = (
+    {"goal-line-right": (-15.0, -15.0)},
+    {"touch-line-top": (15.0, 15.0), "goal-line-left": (-15.0, -15.0)},
+    {"halfway-line": (15.0, 15.0)},
+)
 GOOD_MM = 3.0
 
 
@@ -22,7 +25,9 @@ GOOD_MM = 3.0
 @pytest.mark.parametrize("seed", range(3))
 def test_lines_taped_elsewhere_are_recovered_from_tape_distances(shifts, seed):
     truth = JoinedField(FIELD).moved(shifts, {})
-    distances = [TapeDistance(*one) for one in measured(truth, SIDES_AND_DIAGONALS, noise_mm=1.0, seed=seed)]
+    distances = [
+        TapeDistance(*one) for one in measured(truth, SIDES_AND_DIAGONALS, noise_mm=1.0, seed=seed)
+    ]
     found = adjust_to_tape(FIELD, distances)
     assert worst_mm(found.field, truth) < GOOD_MM
     assert worst_mm(FIELD, truth) == 15.0
@@ -47,18 +52,24 @@ def test_a_single_wrong_distance_moves_lines_by_no_more_than_is_known_of_it_and_
     assert abs(found.residuals_mm[0]) < 1
     assert {w.reason for w in found.warnings} == {"uncertain-move"}
     assert {w.feature for w in found.warnings} >= {"goal-line-left", "goal-line-right"}
-    assert found.to_json()["warnings"][0]["statements"]["text"][0]["code"] == "warning.uncertain-move"
+    assert (
+        found.to_json()["warnings"][0]["statements"]["text"][0]["code"] == "warning.uncertain-move"
+    )
 
 
 def test_one_wrong_distance_of_six_is_named_by_its_residual():
     distances = [TapeDistance(*one) for one in measured(FIELD, SIDES_AND_DIAGONALS[:6])]
-    found = adjust_to_tape(FIELD, [replace(distances[0], mm=distances[0].mm + 90.0), *distances[1:]])
+    found = adjust_to_tape(
+        FIELD, [replace(distances[0], mm=distances[0].mm + 90.0), *distances[1:]]
+    )
     assert ("distance-contradicted", 0) in {(w.reason, w.index) for w in found.warnings}
 
 
 def test_a_line_that_surely_lies_far_from_its_place_is_told():
     truth = JoinedField(FIELD).moved({"goal-line-right": (-60.0, -60.0)}, {})
-    found = adjust_to_tape(FIELD, [TapeDistance(*one) for one in measured(truth, SIDES_AND_DIAGONALS)])
+    found = adjust_to_tape(
+        FIELD, [TapeDistance(*one) for one in measured(truth, SIDES_AND_DIAGONALS)]
+    )
     assert [(w.reason, w.feature) for w in found.warnings] == [("large-move", "goal-line-right")]
 
 
@@ -99,7 +110,9 @@ def test_a_calibration_of_another_content_or_without_offsets_has_nothing_to_adop
         as_found(calibration, truth)
     assert refused.value.reason == "field-changed"
     task = CalibrationRequest.of(calibration, {}, "")
-    flat = CalibrationRequest(task.observations, FIELD, FIELD.region("full"), task.image_size, "polynomial")
+    flat = CalibrationRequest(
+        task.observations, FIELD, FIELD.region("full"), task.image_size, "polynomial"
+    )
     with pytest.raises(Conflict) as refused:
         as_found(flat.record(flat.run(cross_validate=False)), FIELD)
     assert refused.value.reason == "no-offsets"

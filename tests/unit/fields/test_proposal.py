@@ -19,19 +19,30 @@ SIZE = {"length_mm": LENGTH_MM, "width_mm": WIDTH_MM}
 
 def far_mm(one, other) -> float:
     """How far the markings of a field lie from those of the same name of another."""
-    return max(float(np.abs(m.nearest(n.sample(20)) - n.sample(20)).max())
-               for m, n in zip(one.markings, (other.feature(m.name, other.region("full")) for m in one.markings),
-                               strict=True))
+    return max(
+        float(np.abs(m.nearest(n.sample(20)) - n.sample(20)).max())
+        for m, n in zip(
+            one.markings,
+            (other.feature(m.name, other.region("full")) for m in one.markings),
+            strict=True,
+        )
+    )
 
 
-@pytest.mark.parametrize("given", [{"length_mm": LENGTH_MM}, {"width_mm": WIDTH_MM}, SIZE], ids=" and ".join)
+@pytest.mark.parametrize(
+    "given", [{"length_mm": LENGTH_MM}, {"width_mm": WIDTH_MM}, SIZE], ids=" and ".join
+)
 def test_every_marking_is_proposed_at_its_place_and_by_its_name(given):
     truth = foreign_field()
     told = proposed_field(foreign_scene().pixels, given.get("length_mm"), given.get("width_mm"))
     field = field_from_json(told["field"])
     assert {*field.lines, *field.arcs} == {*truth.lines, *truth.arcs} and told["is_ratio_known"]
     assert far_mm(truth, field) < NEAR_MM and field.line_sigma_mm >= 0.001 * LENGTH_MM
-    assert {*field.regions} >= {"full", "half-left", "quarter-top-right"} and "circle-top" in field.landmarks
+    assert {*field.regions} >= {
+        "full",
+        "half-left",
+        "quarter-top-right",
+    } and "circle-top" in field.landmarks
     assert "8.0" in told["sentence"]
 
 
@@ -65,7 +76,9 @@ def test_walls_around_the_lines_are_no_borders(seed):
     told = proposed_field(scene.pixels, scene.field.length_mm, None)
     assert abs(told["field"]["width_mm"] / scene.field.width_mm - 1) < 0.04
     assert {m["name"] for m in (*told["field"]["lines"], *told["field"]["arcs"])} == {
-        *scene.field.lines, *scene.field.arcs}
+        *scene.field.lines,
+        *scene.field.arcs,
+    }
 
 
 def test_half_of_a_field_is_not_taken_for_one():
@@ -78,8 +91,10 @@ def test_half_of_a_field_is_not_taken_for_one():
 def test_what_gives_no_field_is_refused_with_what_to_do():
     empty = np.full((480, 640, 3), 90, np.uint8)
     for pixels, size, error, reason in (
-            (empty, (6000.0, None), FitFailed, "no-borders"), (empty, (None, None), BadInput, "no-length"),
-            (empty, (4000.0, 6000.0), BadInput, "bad-size")):
+        (empty, (6000.0, None), FitFailed, "no-borders"),
+        (empty, (None, None), BadInput, "no-length"),
+        (empty, (4000.0, 6000.0), BadInput, "bad-size"),
+    ):
         with pytest.raises(error) as refused:
             proposed_field(pixels, *size)
         assert refused.value.reason == reason and refused.value.fix

@@ -22,7 +22,9 @@ HALF, WHOLE = 8, 5  # seeds: half a Division B field, a whole Division A field
 def scene(seed):
     """A picture, and a calibration made from it."""
     shown = render(scene_spec(seed))
-    _, made = AutomaticRequest(shown.field, shown.region, "brown-conrady").answer(Frame(shown.pixels))
+    _, made = AutomaticRequest(shown.field, shown.region, "brown-conrady").answer(
+        Frame(shown.pixels)
+    )
     return shown, made
 
 
@@ -36,11 +38,18 @@ def test_the_lines_inside_are_added_where_they_are(seed):
         places = visible(shown, marking)
         if marking.name in bare(shown.field).lines or len(places) < 15:
             continue
-        off = np.min([np.linalg.norm(one.nearest(places) - places, axis=1) for one in added], axis=0)
+        off = np.min(
+            [np.linalg.norm(one.nearest(places) - places, axis=1) for one in added], axis=0
+        )
         assert np.mean(off < NEAR_MM) > 0.6, marking.name
     for one in added:  # and nothing is where no paint is
-        off = np.min([np.linalg.norm(m.nearest(one.sample(20)) - one.sample(20), axis=1)
-                      for m in shown.field.markings], axis=0)
+        off = np.min(
+            [
+                np.linalg.norm(m.nearest(one.sample(20)) - one.sample(20), axis=1)
+                for m in shown.field.markings
+            ],
+            axis=0,
+        )
         assert off.mean() < NEAR_MM, one
 
 

@@ -54,7 +54,9 @@ def test_held_out_residuals_are_those_of_a_fit_without_the_point():
 
 
 @pytest.mark.parametrize("count", [9, 13, 20])
-@pytest.mark.parametrize("bow, quartic, true_degree", [(0.0, 0.0, 1), (40.0, 0.0, 2), (5.0, 0.0, 2), (40.0, 25.0, 4)])
+@pytest.mark.parametrize(
+    "bow, quartic, true_degree", [(0.0, 0.0, 1), (40.0, 0.0, 2), (5.0, 0.0, 2), (40.0, 25.0, 4)]
+)
 def test_the_automatic_degree_costs_little_against_knowing_it(count, bow, quartic, true_degree):
     """True error of the whole curve, rms over 40 seeds, against that of the true degree; seen: 1.00 to 1.12."""
     rows, everywhere = np.linspace(30, 990, count), np.linspace(0, 1023, 101)
@@ -62,14 +64,19 @@ def test_the_automatic_degree_costs_little_against_knowing_it(count, bow, quarti
     for seed in range(40):
         clicks = bowed(rows, bow, 3.0, quartic) + np.random.default_rng(seed).normal(0, 0.3, count)
         for degree, found in errors.items():
-            found.append(fitted(rows, clicks, degree).curve(everywhere) - bowed(everywhere, bow, 3.0, quartic))
+            found.append(
+                fitted(rows, clicks, degree).curve(everywhere)
+                - bowed(everywhere, bow, 3.0, quartic)
+            )
     automatic, known = (np.sqrt(np.mean(np.square(e))) for e in errors.values())
     assert automatic <= 1.2 * known
 
 
 def test_the_automatic_degree_says_why():
     rows = np.linspace(30, 990, 13)
-    bent = fitted(rows, bowed(rows, quartic=25.0) + np.random.default_rng(0).normal(0, 0.3, rows.size))
+    bent = fitted(
+        rows, bowed(rows, quartic=25.0) + np.random.default_rng(0).normal(0, 0.3, rows.size)
+    )
     assert bent.curve.degree == 4
     assert "leave-one-out" in bent.reason and "degree 4" in bent.reason
 
@@ -124,20 +131,26 @@ def test_a_second_click_on_one_place_neither_counts_nor_harms():
     rows = np.linspace(20, 1000, 9)
     x = 100 + 1e-4 * (rows - 500) ** 2 + np.random.default_rng(2).normal(0, 0.5, 9)
     x[4] += 30
-    once, twice = fitted(rows, x, 3), fitted([*rows, rows[4], rows[2] + 0.2], [*x, x[4] + 0.3, x[2]], 3)
+    once, twice = (
+        fitted(rows, x, 3),
+        fitted([*rows, rows[4], rows[2] + 0.2], [*x, x[4] + 0.3, x[2]], 3),
+    )
     assert twice.curve == once.curve and np.array_equal(twice.held_out[:9], once.held_out)
     assert twice.inliers.tolist() == [*once.inliers, False, True] and not once.inliers[4]
     assert twice.residuals[9] == pytest.approx(once.residuals[4] + 0.3)
 
 
-@pytest.mark.parametrize("y, x, degree, reason", [
-    ([10, 20], [5, 5], 3, "too-few-points"),
-    ([10, 500], [5, 5], "auto", "too-few-points"),
-    ([], [], 1, "too-few-points"),
-    ([10, 10.2, 300, 300], [5, 5.1, 6, 6], 2, "too-few-points"),
-    ([10, 11, 12, 13], [5, 50, 100, 150], 2, "collinear-points"),
-    ([10, 10, 500, 500], [5, 50, 5, 50], 3, "collinear-points"),
-])
+@pytest.mark.parametrize(
+    "y, x, degree, reason",
+    [
+        ([10, 20], [5, 5], 3, "too-few-points"),
+        ([10, 500], [5, 5], "auto", "too-few-points"),
+        ([], [], 1, "too-few-points"),
+        ([10, 10.2, 300, 300], [5, 5.1, 6, 6], 2, "too-few-points"),
+        ([10, 11, 12, 13], [5, 50, 100, 150], 2, "collinear-points"),
+        ([10, 10, 500, 500], [5, 50, 5, 50], 3, "collinear-points"),
+    ],
+)
 def test_points_that_cannot_do_are_refused_by_name(y, x, degree, reason):
     with pytest.raises(FitFailed) as refusal:
         fitted(y, x, degree)
@@ -157,8 +170,10 @@ def test_a_refusal_names_its_border_in_words_and_by_its_id(y, x):
 @rounds("examples", 60, 300)
 def test_whatever_finite_points_come_it_answers_or_refuses(examples):
     @settings(max_examples=examples, deadline=None)
-    @given(st.lists(st.tuples(st.floats(-1e7, 1e7), st.floats(-1e7, 1e7)), max_size=24),
-           st.one_of(st.just("auto"), st.integers(1, 8)))
+    @given(
+        st.lists(st.tuples(st.floats(-1e7, 1e7), st.floats(-1e7, 1e7)), max_size=24),
+        st.one_of(st.just("auto"), st.integers(1, 8)),
+    )
     def answers_or_refuses(points, degree):
         points = np.array(points, float).reshape(-1, 2)
         try:
@@ -167,4 +182,5 @@ def test_whatever_finite_points_come_it_answers_or_refuses(examples):
             assert refusal.fix
         else:
             assert np.isfinite(fit.curve.coefficients).all() and np.isfinite(fit.residuals).all()
+
     answers_or_refuses()

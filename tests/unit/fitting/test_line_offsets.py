@@ -12,11 +12,16 @@ def learned(offsets_mm, kind):
     """Return σ of offsets that the clicks tell to 0.1 mm each."""
     prior_mm = np.full(len(offsets_mm), USUAL_MM)
     jacobian = np.concatenate([np.diag(np.full(len(offsets_mm), 10.0)), np.diag(1 / prior_mm)])
-    return line_sigmas_mm(jacobian, range(len(offsets_mm)), offsets_mm, prior_mm, USUAL_MM, np.array(kind))
+    return line_sigmas_mm(
+        jacobian, range(len(offsets_mm)), offsets_mm, prior_mm, USUAL_MM, np.array(kind)
+    )
 
 
 def test_straight_lines_may_lie_beside_their_places():
-    offsets, tilts = np.array([3.0, -4.0, 2.5, -3.5, 4.5, -2.0]), np.array([0.1, -0.1, 0.1, 0.0, 0.1, -0.1])
+    offsets, tilts = (
+        np.array([3.0, -4.0, 2.5, -3.5, 4.5, -2.0]),
+        np.array([0.1, -0.1, 0.1, 0.0, 0.1, -0.1]),
+    )
     both = np.concatenate([offsets, tilts])
     sigmas = learned(both, [0] * 6 + [1] * 6)
     alone = learned(offsets, [0] * 6)
@@ -45,7 +50,9 @@ def test_what_lines_tell_of_a_shared_place_is_known_as_well_as_is_told(painted):
             jacobian = np.concatenate([shared, np.eye(lines + 1)[1:] / before[:, None]])
             seen = np.concatenate([aside * 100, np.zeros(lines)])
             found = np.linalg.lstsq(jacobian, seen, rcond=None)[0]
-            before = line_sigmas_mm(jacobian, range(1, lines + 1), found[1:], before, USUAL_MM, np.zeros(lines))
+            before = line_sigmas_mm(
+                jacobian, range(1, lines + 1), found[1:], before, USUAL_MM, np.zeros(lines)
+            )
         off.append(found[0] / np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[0, 0]))
     assert 0.7 < np.sqrt(np.mean(np.square(off))) < 1.05  # with one far off on the safe side
 

@@ -15,8 +15,14 @@ from touchline.models import field_from_raw
 
 SEEDS = 6
 # lens, tilt in degrees: four borders linear, with the model relation (linear across, cubic down), mm
-PUBLISHED = {("none", 0): (1.2, 1.1), ("half", 0): (17, 12), ("strong", 0): (36, 25), ("strong", 8): (37, 26),
-             ("strong", 15): (38, 26), ("none", 15): (125, 36)}
+PUBLISHED = {
+    ("none", 0): (1.2, 1.1),
+    ("half", 0): (17, 12),
+    ("strong", 0): (36, 25),
+    ("strong", 8): (37, 26),
+    ("strong", 15): (38, 26),
+    ("none", 15): (125, 36),
+}
 
 
 def reached(lens: str, tilt_deg: float) -> tuple[float, float]:
@@ -28,8 +34,10 @@ def reached(lens: str, tilt_deg: float) -> tuple[float, float]:
         rng = np.random.default_rng(seed)
         borders = border_observations(camera, region, 9, 0.3, rng)
         known = landmark_observations(*known_grid(camera, region, 5, 5), 0.3, rng)
-        models = [PolynomialFitter.fit(o, field, region, SIZE, {"degree": 4}).model
-                  for o in (borders, (*borders, *known))]
+        models = [
+            PolynomialFitter.fit(o, field, region, SIZE, {"degree": 4}).model
+            for o in (borders, (*borders, *known))
+        ]
         found.append([rms_mm(field_from_raw(model, raw), truth) for model in models])
     linear, related = np.median(found, axis=0)
     return float(linear), float(related)
@@ -44,5 +52,7 @@ def test_the_table_is_reproduced_within_20_percent(lens, tilt_deg):
 if __name__ == "__main__":
     for (lens, tilt), published in PUBLISHED.items():
         linear, related = reached(lens, tilt)
-        print(f"{lens:7} {tilt:3}°  linear {linear:6.1f} mm ({published[0]})  "
-              f"relation {related:6.1f} mm ({published[1]})")
+        print(
+            f"{lens:7} {tilt:3}°  linear {linear:6.1f} mm ({published[0]})  "
+            f"relation {related:6.1f} mm ({published[1]})"
+        )

@@ -48,10 +48,26 @@ def calibration() -> Calibration:
     field = field_around(MODEL.region)
     observations = seen(MODEL, MODEL.region, 9)
     made = calibrate(observations, field, MODEL.region, MODEL.image_size)
-    return Calibration("c0ffee", 3, "north", field.to_json(), MODEL.region.name, MODEL.region.rotate_deg, "polynomial",
-                       parameters_json(made.model), MODEL.image_size, made.model.corrected_size,
-                       tuple(o.to_json() for o in observations), {}, made.report, "2026-01-01T00:00:00+00:00",
-                       "0.1.0", snapshot="5eed", image_sha256="00" * 32, note="after the lens was knocked")
+    return Calibration(
+        "c0ffee",
+        3,
+        "north",
+        field.to_json(),
+        MODEL.region.name,
+        MODEL.region.rotate_deg,
+        "polynomial",
+        parameters_json(made.model),
+        MODEL.image_size,
+        made.model.corrected_size,
+        tuple(o.to_json() for o in observations),
+        {},
+        made.report,
+        "2026-01-01T00:00:00+00:00",
+        "0.1.0",
+        snapshot="5eed",
+        image_sha256="00" * 32,
+        note="after the lens was knocked",
+    )
 
 
 def holds(format: str, name: str, index: int) -> bool:
@@ -79,7 +95,9 @@ def test_it_follows_the_contract(name):
     assert export.holds.endswith(".")
     assert isinstance(export, Format) and (export.read or not export.lenses)
     assert (export.read is None) == (export.recognises is None)
-    assert all(set(terms) <= set(MODELS[model].LENS.TERMS) for model, terms in export.lenses.items())
+    assert all(
+        set(terms) <= set(MODELS[model].LENS.TERMS) for model, terms in export.lenses.items()
+    )
 
 
 def test_every_format_holds_some_example_and_every_lens_model_is_held_by_some_format():
@@ -92,7 +110,9 @@ def test_what_a_format_holds_is_projected_alike_when_it_is_read_back(format, nam
     made = interchange.export(example(name, index), format)
     model, back = model_of(name, index), camera_in(made.data, name, index)
     for z in (0.0, 150.0):
-        off = np.abs(back.project(seen_places(model, z)) - model.project(seen_places(model, z))).max()
+        off = np.abs(
+            back.project(seen_places(model, z)) - model.project(seen_places(model, z))
+        ).max()
         # floats of four bytes: a thousandth of a pixel
         assert off < (1e-6 if made.loss is None else 2e-3)
     if format == "ssl-vision":
@@ -112,7 +132,9 @@ def test_what_a_format_cannot_hold_is_refused_with_what_to_do(format, name, inde
 def test_the_nearest_that_a_format_can_hold_errs_by_what_it_says(format, name, index):
     made = interchange.export(example(name, index), format, approximate=True)
     model, back = model_of(name, index), camera_in(made.data, name, index)
-    error = np.linalg.norm(back.unproject(pixels := _pixels(model)) - field_from_raw(model, pixels), axis=1)
+    error = np.linalg.norm(
+        back.unproject(pixels := _pixels(model)) - field_from_raw(model, pixels), axis=1
+    )
     assert np.isfinite(error).all()
     # other places than those that the figure is from: a little more is possible between them
     assert error.max() <= made.loss.worst_mm * 1.1 + 1e-3
@@ -121,7 +143,9 @@ def test_the_nearest_that_a_format_can_hold_errs_by_what_it_says(format, name, i
     assert made.loss.worst_mm < (40 if name == "polynomial" else 18)
     if isinstance(model, RayModel):
         flat = seen_places(model, made.loss.hat_height_mm)
-        hats = np.linalg.norm(back.unproject(model.project(flat), made.loss.hat_height_mm) - flat[:, :2], axis=1)
+        hats = np.linalg.norm(
+            back.unproject(model.project(flat), made.loss.hat_height_mm) - flat[:, :2], axis=1
+        )
         assert hats.max() <= made.loss.hat_worst_mm * 1.1 + 1e-3
         # fitted to both, not to the carpet alone
         assert made.loss.hat_rms_mm < 1.3 * made.loss.rms_mm + 0.02
@@ -133,7 +157,9 @@ def test_the_nearest_that_a_format_can_hold_errs_by_what_it_says(format, name, i
 
 def _pixels(model):
     """(n, 2) px of the region that the picture shows."""
-    u, v = np.meshgrid(*(np.linspace(0.02, 0.98, 14) * s for s in (model.region.width_mm, model.region.height_mm)))
+    u, v = np.meshgrid(
+        *(np.linspace(0.02, 0.98, 14) * s for s in (model.region.width_mm, model.region.height_mm))
+    )
     field = model.region.field_from_region(np.stack([u, v], -1).reshape(-1, 2))
     pixels = model.raw_from_corrected(model.corrected_from_field(field))
     inside = ((pixels > -0.5) & (pixels < np.array(tuple(model.image_size)) - 0.5)).all(axis=1)
@@ -153,7 +179,9 @@ def test_the_list_of_formats_says_the_same_as_the_exports(name, index):
     told = {f["format"]: f for f in interchange.formats(example(name, index))}
     assert list(told) == list(FORMATS)
     for format in LENS_FORMATS:
-        assert told[format]["exact"] == holds(format, name, index) and told[format]["problem"] is None
+        assert (
+            told[format]["exact"] == holds(format, name, index) and told[format]["problem"] is None
+        )
         loss = interchange.export(example(name, index), format, approximate=True).loss
         assert told[format]["loss"] == (None if loss is None else loss.to_json())
     assert told["npz"]["exact"] and not told["npz"]["reads"] and told["csv"]["reads"]
@@ -162,16 +190,27 @@ def test_the_list_of_formats_says_the_same_as_the_exports(name, index):
 def test_json_is_read_back_whole():
     original = calibration()
     read = interchange.read_file(FORMATS["json"].write(original))
-    assert json.dumps(read.to_json(), sort_keys=True) == json.dumps(original.to_json(), sort_keys=True)
+    assert json.dumps(read.to_json(), sort_keys=True) == json.dumps(
+        original.to_json(), sort_keys=True
+    )
 
 
 def test_points_are_read_back_as_they_were_clicked():
-    original = replace(calibration(), observations=(
-        *calibration().observations, Observation((1200.5, -300.0), "landmark", np.array([[10.25, 20.5]])).to_json(),
-        Observation("centre-line", "line", np.array([[1 / 3, 2.0], [3.0, 4.0]]), 150.0).to_json()))
+    original = replace(
+        calibration(),
+        observations=(
+            *calibration().observations,
+            Observation((1200.5, -300.0), "landmark", np.array([[10.25, 20.5]])).to_json(),
+            Observation(
+                "centre-line", "line", np.array([[1 / 3, 2.0], [3.0, 4.0]]), 150.0
+            ).to_json(),
+        ),
+    )
     data = FORMATS["csv"].write(original)
     assert [o.to_json() for o in interchange.read_file(data)] == list(original.observations)
-    assert len(data.splitlines()) == 1 + sum(len(o["points"]) for o in original.observations) + 25 * 19
+    assert (
+        len(data.splitlines()) == 1 + sum(len(o["points"]) for o in original.observations) + 25 * 19
+    )
 
 
 def test_a_table_without_clicks_is_read_as_landmarks_all_over_the_region():
@@ -182,13 +221,28 @@ def test_a_table_without_clicks_is_read_as_landmarks_all_over_the_region():
     assert len(read) == 25 * 19 and all(o.kind == "landmark" for o in read)
 
 
-SPOILT = [lambda d: d[:len(d) // 2], lambda d: b"", lambda d: b"[]", lambda d: b"\xff\xfe" + d,
-          lambda d: b"[" * 100_000, lambda d: b"{" * 100_000, lambda d: b"\x00" + d, lambda d: b" " * (5 << 20)]
+SPOILT = [
+    lambda d: d[: len(d) // 2],
+    lambda d: b"",
+    lambda d: b"[]",
+    lambda d: b"\xff\xfe" + d,
+    lambda d: b"[" * 100_000,
+    lambda d: b"{" * 100_000,
+    lambda d: b"\x00" + d,
+    lambda d: b" " * (5 << 20),
+]
 
 
-@pytest.mark.parametrize(("name", "spoil"), [(name, spoil) for name in READABLE for spoil in SPOILT
-                                             # half a table is a table
-                                             if (name, spoil) != ("csv", SPOILT[0])])
+@pytest.mark.parametrize(
+    ("name", "spoil"),
+    [
+        (name, spoil)
+        for name in READABLE
+        for spoil in SPOILT
+        # half a table is a table
+        if (name, spoil) != ("csv", SPOILT[0])
+    ],
+)
 def test_a_spoilt_file_is_refused_with_a_fix(name, spoil):
     model = ("ssl", 0) if name == "ssl-vision" else ("brown-conrady", 0)
     written = interchange.export(example(*model), name).data
@@ -198,9 +252,14 @@ def test_a_spoilt_file_is_refused_with_a_fix(name, spoil):
     assert isinstance(refusal.value, BadInput) and refusal.value.fix
 
 
-@pytest.mark.parametrize("spoil", [lambda d: d.replace(b'_lens_pct": 3.0', b'_lens_pct": 1e999'),
-                                   lambda d: d.replace(b'"width_px": ', b'"width_px": -'),
-                                   lambda d: d.replace(b"780", b"NaN")])
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda d: d.replace(b'_lens_pct": 3.0', b'_lens_pct": 1e999'),
+        lambda d: d.replace(b'"width_px": ', b'"width_px": -'),
+        lambda d: d.replace(b"780", b"NaN"),
+    ],
+)
 def test_our_own_file_with_a_wrong_number_is_refused(spoil):
     written = FORMATS["json"].write(calibration())
     assert spoil(written) != written
@@ -214,12 +273,19 @@ def test_the_remap_table_corrects_a_picture_with_numpy_and_opencv_alone():
     corrected = cv2.remap(picture, table["raw_x"], table["raw_y"], cv2.INTER_LINEAR)
     model = Polynomial.from_parameters(calibration().model_parameters)
     ours = remapped_exactly(correction_map(model), picture)
-    inside = np.isfinite(table["raw_x"]) & (table["raw_x"] > 1) & (table["raw_x"] < 778) & (table["raw_y"] > 1) & (
-        table["raw_y"] < 578)
+    inside = (
+        np.isfinite(table["raw_x"])
+        & (table["raw_x"] > 1)
+        & (table["raw_x"] < 778)
+        & (table["raw_y"] > 1)
+        & (table["raw_y"] < 578)
+    )
     np.testing.assert_array_equal(corrected[inside], ours[inside])
     column, row = 13, 29
     pixel = np.array([table["grid_x"][column], table["grid_y"][row]], float)
-    np.testing.assert_allclose(table["field_mm"][row, column], field_from_raw(model, pixel), atol=1e-2)
+    np.testing.assert_allclose(
+        table["field_mm"][row, column], field_from_raw(model, pixel), atol=1e-2
+    )
     assert json.loads(str(table["about"]))["camera"] == "north"
 
 
@@ -230,24 +296,55 @@ def test_a_file_that_is_imported_is_the_same_camera_over_the_same_region(format,
     found = interchange.read_file(interchange.export(original, format).data)
     back = interchange.calibration_from_file(found, interchange.ImportOptions(), field)
     assert (back.region, back.rotate, back.camera, back.image_size) == (
-        original.region, original.rotate, "north", original.image_size)
-    assert back.corrected_size == original.corrected_size and back.report["verdict"]["level"] == "unknown"
+        original.region,
+        original.rotate,
+        "north",
+        original.image_size,
+    )
+    assert (
+        back.corrected_size == original.corrected_size
+        and back.report["verdict"]["level"] == "unknown"
+    )
     model, other = model_of(name, index), model_from_json(back.model_name, back.model_parameters)
     flat = seen_places(model, 150.0)
     np.testing.assert_allclose(other.project(flat), model.project(flat), atol=1e-6)
     pixels = _pixels(model)
-    np.testing.assert_allclose(other.corrected_from_raw(pixels), model.corrected_from_raw(pixels), atol=1e-6)
+    np.testing.assert_allclose(
+        other.corrected_from_raw(pixels), model.corrected_from_raw(pixels), atol=1e-6
+    )
 
 
 def test_a_place_at_the_very_end_of_a_lens_makes_no_error_infinite():
     """The far corner lies where the lens folds back: written and read, it is on one side or the other of that."""
     region = Region("corner", (0.0, 3025.0), (0.0, 2025.0), 180)
-    terms = (0.27341522555560455, -2.0664203962135934, -0.002933045311720396, 1.4783583102005027e-05,
-             -4.888251678968877, 0.0, 0.0, 0.0)
-    model = BrownConrady(terms, 811.1558458798219, 1.0004198026769184, (388.36112400731434, 259.9904033303603),
-                         (-0.00018047405513214003, 3.1361062677204408, 0.059040759806470146),
-                         (1534.2957428607692, 837.3090857253, 3628.738155830111), 780.0, 522.0, 10, 7, region,
-                         ImageSize(780, 580))
+    terms = (
+        0.27341522555560455,
+        -2.0664203962135934,
+        -0.002933045311720396,
+        1.4783583102005027e-05,
+        -4.888251678968877,
+        0.0,
+        0.0,
+        0.0,
+    )
+    model = BrownConrady(
+        terms,
+        811.1558458798219,
+        1.0004198026769184,
+        (388.36112400731434, 259.9904033303603),
+        (-0.00018047405513214003, 3.1361062677204408, 0.059040759806470146),
+        (1534.2957428607692, 837.3090857253, 3628.738155830111),
+        780.0,
+        522.0,
+        10,
+        7,
+        region,
+        ImageSize(780, 580),
+    )
     rows = {row["format"]: row for row in interchange.formats(of_model(model))}
     json.dumps(rows, allow_nan=False)
-    assert rows["opencv"]["exact"] and rows["opencv"]["loss"] is None and rows["opencv"]["problem"] is None
+    assert (
+        rows["opencv"]["exact"]
+        and rows["opencv"]["loss"] is None
+        and rows["opencv"]["problem"] is None
+    )

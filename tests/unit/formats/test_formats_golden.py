@@ -29,17 +29,29 @@ def test_there_is_a_golden_file_of_everything_and_of_nothing_else():
 @pytest.mark.parametrize("format, name, index", CASES)
 def test_it_is_written_as_it_was(format, name, index):
     """Word by word; numbers to what another processor's cosine may change."""
-    now, then = interchange.export(example(name, index), format).data, path(format, name, index).read_bytes()
+    now, then = (
+        interchange.export(example(name, index), format).data,
+        path(format, name, index).read_bytes(),
+    )
     if format == "ssl-vision":
-        ours, theirs = decode(SSL_WrapperPacket, now).geometry, decode(SSL_WrapperPacket, then).geometry
+        ours, theirs = (
+            decode(SSL_WrapperPacket, now).geometry,
+            decode(SSL_WrapperPacket, then).geometry,
+        )
         assert ours.field == theirs.field
-        now, then = ({f.name: value for f, value in one.calib[0].ListFields()} for one in (ours, theirs))
+        now, then = (
+            {f.name: value for f, value in one.calib[0].ListFields()} for one in (ours, theirs)
+        )
         assert now == pytest.approx(then, rel=1e-6, abs=1e-9)
         return
     ours, theirs = now.decode(), then.decode()
     assert NUMBER.sub("#", ours) == NUMBER.sub("#", theirs)
-    np.testing.assert_allclose(np.array(NUMBER.findall(ours), float), np.array(NUMBER.findall(theirs), float),
-                               rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(
+        np.array(NUMBER.findall(ours), float),
+        np.array(NUMBER.findall(theirs), float),
+        rtol=1e-6,
+        atol=1e-6,
+    )
 
 
 @pytest.mark.parametrize("format, name, index", CASES)
@@ -51,8 +63,11 @@ def test_it_is_read_as_it_was(format, name, index):
         assert read.format == format
         camera = read.camera({key: getattr(model, key) for key in RECTANGLE_FIELDS})
         places = seen_places(model, 150.0)
-        np.testing.assert_allclose(camera.project(places), model.project(places),
-                                   atol=2e-3 if format == "ssl-vision" else 1e-6)
+        np.testing.assert_allclose(
+            camera.project(places),
+            model.project(places),
+            atol=2e-3 if format == "ssl-vision" else 1e-6,
+        )
     elif isinstance(read, Calibration):
         assert read.id == "c0ffee" and read.model_name == name
     else:

@@ -6,7 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.exported import LENS_FORMATS, READABLE, example, field_around, model_of, of_model, seen_places
+from tests.support.exported import (
+    LENS_FORMATS,
+    READABLE,
+    example,
+    field_around,
+    model_of,
+    of_model,
+    seen_places,
+)
 from tests.support.fields import seen
 from tests.support.paths import ROOT
 from touchline.core.errors import BadInput, Conflict, TouchlineError
@@ -82,11 +90,26 @@ MRCAL = """# generated on 2026-11-21
     'optimization_inputs': b'P)h>@6aWAK2mpzOBviX#;{}[]~`',
 }
 """
-PHOTON = json.dumps({"resolution": {"width": 640.0, "height": 480.0},
-                     "cameraIntrinsics": {"rows": 3, "cols": 3, "type": 6,
-                                          "data": [699.4, 0, 345.6, 0, 677.7, 207.1, 0, 0, 1]},
-                     "distCoeffs": {"rows": 1, "cols": 5, "type": 6, "data": [0.18, -1.5, 0.0045, -0.0019, 3.08]},
-                     "observations": [], "calobjectSize": {"width": 10, "height": 10}, "calobjectSpacing": 0.0254})
+PHOTON = json.dumps(
+    {
+        "resolution": {"width": 640.0, "height": 480.0},
+        "cameraIntrinsics": {
+            "rows": 3,
+            "cols": 3,
+            "type": 6,
+            "data": [699.4, 0, 345.6, 0, 677.7, 207.1, 0, 0, 1],
+        },
+        "distCoeffs": {
+            "rows": 1,
+            "cols": 5,
+            "type": 6,
+            "data": [0.18, -1.5, 0.0045, -0.0019, 3.08],
+        },
+        "observations": [],
+        "calobjectSize": {"width": 10, "height": 10},
+        "calobjectSpacing": 0.0254,
+    }
+)
 OUTSIDE = {"opencv": OPENCV, "ros": ROS, "kalibr": KALIBR, "mrcal": MRCAL, "photonvision": PHOTON}
 FOCAL = {"opencv": 530, "ros": 530, "kalibr": 461.6, "mrcal": 1766.07, "photonvision": 699.4}
 
@@ -111,25 +134,43 @@ def test_a_file_of_another_program_is_a_lens_that_a_fit_can_hold(format):
     assert record["model"] == ("fisheye" if format == "kalibr" else "brown-conrady")
     # held by a fit of a field that it sees
     truth = replace(model_of("brown-conrady", 0), image_size=ImageSize(*record["image_size"]))
-    camera = replace(truth if record["model"] == "brown-conrady" else model_of("fisheye", 0),
-                     lens_terms=tuple(record["lens"]["terms"]), focal_px=record["lens"]["focal_px"],
-                     aspect=record["lens"]["aspect"], centre_px=tuple(record["lens"]["centre_px"]),
-                     image_size=ImageSize(*record["image_size"]), position_mm=(0.0, 0.0, 5500.0))
+    camera = replace(
+        truth if record["model"] == "brown-conrady" else model_of("fisheye", 0),
+        lens_terms=tuple(record["lens"]["terms"]),
+        focal_px=record["lens"]["focal_px"],
+        aspect=record["lens"]["aspect"],
+        centre_px=tuple(record["lens"]["centre_px"]),
+        image_size=ImageSize(*record["image_size"]),
+        position_mm=(0.0, 0.0, 5500.0),
+    )
     clicks = seen(camera, camera.region, ends=0.25)
-    fit = FITTERS[record["model"]].fit(clicks, field_around(camera.region), camera.region, camera.image_size,
-                                      {"lens": {"name": record["model"], "lens": record["lens"]}})
+    fit = FITTERS[record["model"]].fit(
+        clicks,
+        field_around(camera.region),
+        camera.region,
+        camera.image_size,
+        {"lens": {"name": record["model"], "lens": record["lens"]}},
+    )
     assert fit.model.position_mm == pytest.approx(camera.position_mm, abs=0.5)
 
 
 def test_outside_the_yaml_of_stereo_and_the_older_header_are_read_or_refused_by_name():
     assert interchange.read_file(OPENCV.replace("---\n", "").encode()).focal_px == (530, 531)
-    refused("%YAML:1.0\nM1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [1,0,0,0,1,0,0,0,1]\n",
-            "no camera_matrix")
+    refused(
+        "%YAML:1.0\nM1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [1,0,0,0,1,0,0,0,1]\n",
+        "no camera_matrix",
+    )
 
 
-@pytest.mark.parametrize("real", ["opencv_left_right/left_intrinsics.yml", "photonvision/calibration/lifecam480p.json",
-                                  "photonvision/calibration/laptop_1280.json",
-                                  "photonvision/calibration/limelight_1280_720.json"])
+@pytest.mark.parametrize(
+    "real",
+    [
+        "opencv_left_right/left_intrinsics.yml",
+        "photonvision/calibration/lifecam480p.json",
+        "photonvision/calibration/laptop_1280.json",
+        "photonvision/calibration/limelight_1280_720.json",
+    ],
+)
 def test_real_files_are_read(real_data, real):
     found = interchange.read_file(real_data(f"boards/{real}").read_bytes(), real)
     assert interchange.is_lens(found) and found.image_size.width in (640, 1280)
@@ -140,8 +181,9 @@ def test_real_files_are_read(real_data, real):
 def test_a_file_without_its_picture_size_wants_it_told():
     text = OPENCV.replace("image_width: 640\nimage_height: 480\n", "")
     assert refused(text, "image size").reason == "no-image-size"
-    record = interchange.lens_record_from_file(interchange.read_file(text.encode()),
-                                               ImportOptions(image_size=ImageSize(640, 480)))
+    record = interchange.lens_record_from_file(
+        interchange.read_file(text.encode()), ImportOptions(image_size=ImageSize(640, 480))
+    )
     assert record["image_size"] == [640, 480]
 
 
@@ -149,13 +191,19 @@ def test_another_size_of_the_same_shape_is_scaled_about_pixel_centres_and_said()
     model = model_of("brown-conrady", 1)
     found = interchange.read_file(interchange.export(of_model(model), "opencv").data)
     field = {"plain": field_around(model.region)}
-    back = interchange.calibration_from_file(found, ImportOptions(image_size=ImageSize(640, 512)), field)
+    back = interchange.calibration_from_file(
+        found, ImportOptions(image_size=ImageSize(640, 512)), field
+    )
     half = model_from_json(back.model_name, back.model_parameters)
     places = seen_places(model, 150.0)
-    np.testing.assert_allclose(half.project(places), (model.project(places) + 0.5) / 2 - 0.5, atol=1e-9)
+    np.testing.assert_allclose(
+        half.project(places), (model.project(places) + 0.5) / 2 - 0.5, atol=1e-9
+    )
     assert "1280 × 1024" in back.note and back.image_size == ImageSize(640, 512)
     with pytest.raises(Conflict, match=r"1280 × 1024 px, not of 1280 × 720") as refusal:
-        interchange.calibration_from_file(found, ImportOptions(image_size=ImageSize(1280, 720)), field)
+        interchange.calibration_from_file(
+            found, ImportOptions(image_size=ImageSize(1280, 720)), field
+        )
     assert refusal.value.reason == "size-mismatch"
 
 
@@ -163,71 +211,123 @@ def test_what_is_said_beside_a_file_wins_over_what_stands_in_it():
     found = interchange.read_file(interchange.export(example("brown-conrady", 1), "mrcal").data)
     wanted = ImportOptions(field="ssl-2008", region="full", rotate=180, camera="west")
     back = interchange.calibration_from_file(found, wanted, FIELDS)
-    assert (back.field["name"], back.region, back.rotate, back.camera) == ("ssl-2008", "full", 180, "west")
+    assert (back.field["name"], back.region, back.rotate, back.camera) == (
+        "ssl-2008",
+        "full",
+        180,
+        "west",
+    )
     refused(interchange.export(example("brown-conrady", 1), "ros").data, "no field called 'plain'")
-    refused(interchange.export(example("brown-conrady", 1), "ros").data, "no field called", field="moon")
-    refused(interchange.export(example("brown-conrady", 1), "ros").data, "no covered area called", field="ssl-2008",
-            region="moon")
+    refused(
+        interchange.export(example("brown-conrady", 1), "ros").data, "no field called", field="moon"
+    )
+    refused(
+        interchange.export(example("brown-conrady", 1), "ros").data,
+        "no covered area called",
+        field="ssl-2008",
+        region="moon",
+    )
 
 
 def test_a_region_that_is_not_known_is_told_from_what_the_camera_sees():
-    model = replace(model_of("brown-conrady", 0), position_mm=(-1500.0, 0.0, 3500.0), rotation=(0.0, 0.0, 0.0))
+    model = replace(
+        model_of("brown-conrady", 0), position_mm=(-1500.0, 0.0, 3500.0), rotation=(0.0, 0.0, 0.0)
+    )
     model = replace(model, rotation=(float(np.pi), 0.0, 0.0), focal_px=950.0)
-    data = interchange.export(of_model(model), "opencv").data.replace(b'"region": "full", "rotate": 0, ', b"")
-    back = interchange.calibration_from_file(interchange.read_file(data), ImportOptions(field="ssl-2008"), FIELDS)
+    data = interchange.export(of_model(model), "opencv").data.replace(
+        b'"region": "full", "rotate": 0, ', b""
+    )
+    back = interchange.calibration_from_file(
+        interchange.read_file(data), ImportOptions(field="ssl-2008"), FIELDS
+    )
     assert (back.region, back.rotate) == ("half-left", 0)
 
 
-@pytest.mark.parametrize("text, match", [
-    (ROS.replace("530, 0, 340", "'530,5', 0, 340"), "decimal comma"),
-    (ROS.replace("image_width: 640", "image_width: 640,5"), "decimal comma"),
-    (ROS.replace("[530, 0, 340, 0, 531, 235, 0, 0, 1]", "[530,1, 0,0, 340,2, 0,0, 531,3, 235,4, 0,0, 0,0, 1,0]"),
-     "18 numbers"),
-    (ROS.replace("0.23]", ".nan]"), "not a number"), (ROS.replace("0.23]", "1e999]"), "out of range"),
-    (ROS.replace("0.23]", "1:30]"), "not a number"), (ROS.replace("0.23]", "0x10]"), "not a number"),
-    (ROS.replace("0.23]", "yes]"), "not a number"), (ROS.replace("0.23]", "9" * 5000 + "]"), "not a number|too long"),
-    (ROS.replace("plumb_bob", "stereographic"), "distortion_model"), (ROS.replace("cols: 5", "cols: 4"), "5 numbers"),
-    (ROS.replace("0, 531, 235", "0.5, 531, 235"), "camera matrix"),
-    (ROS.replace("data: [530, 0,", "data: [530, 3,"), "skew"),
-    (ROS.replace("image_height: 480\n", ""), "image_height"),
-    (ROS.replace("image_width: 640", "image_width: 0"), "width"),
-    (ROS + "image_width: 641\n", "twice"), (ROS.replace("[-0.26", "[&a -0.26"), "anchor"),
-    (ROS.replace("camera_name: narrow", "camera_name: !!python/object:os.system x"), "tag"),
-    (ROS.replace("camera_name: narrow", "camera_name: " + "[" * 50 + "]" * 50), "20 levels"),
-    (ROS + "#" * 300_000, "bytes"), (ROS.replace("530", "-530"), "focal length"),
-    (ROS.replace("531", "5.31"), "fy / fx"),
-    (OPENCV.replace("rows: 5", "rows: 500"), "rows"), (OPENCV.replace("rows: 5", "rows: 4"), "5 numbers for 4"),
-    (OPENCV.replace("2.3e-01 ]", "2.3e-01, 0., 0., 0., 1., 0., 0., 0. ]").replace("rows: 5", "rows: 12"), "thin prism"),
-    (OPENCV.replace("camera_matrix:", "K1:"), "no camera_matrix"),
-    (OPENCV.replace("!!opencv-matrix", "!!map/x"), "tag"),
-    (KALIBR.replace("pinhole", "omni"), "camera_model"), (KALIBR.replace("equidistant", "fov"), "distortion_model"),
-    (KALIBR + KALIBR.replace("cam0", "cam1"), "2 cameras"), (KALIBR.replace("[752, 480]", "[752]"), "1 number"),
-    (MRCAL.replace("OPENCV8", "CAHVOR"), "lensmodel"), (MRCAL.replace("OPENCV8", "OPENCV4"), "12 numbers"),
-    (MRCAL.replace("1766.07", "1766,07"), "13 numbers"),
-    (MRCAL.replace("1766.07", "__import__('os')"), "not a number"),
-    (MRCAL.replace("'imagersize'", "'extrinsics'"), "used twice"),
-    (MRCAL.replace("1766.07", "[" * 40 + "]" * 40), "levels"),
-    (PHOTON.replace("699.4", "1e999"), "out of range|not valid JSON"),
-    (PHOTON.replace("699.4", "NaN"), "out of range|not a JSON number"),
-    (PHOTON.replace('"rows": 3', '"rows": 4', 1), "4 × 3"), (PHOTON.replace("699.4", "true"), "not a number"),
-    (PHOTON.replace('"width": 640.0', '"width": 640.5'), "whole number"), ("{}", "not supported"),
-    ("", "not supported"),
-    ("PK\x03\x04", "remap table"), ("<?xml version='1.0'?><opencv_storage>", "not supported"),
-])
+@pytest.mark.parametrize(
+    "text, match",
+    [
+        (ROS.replace("530, 0, 340", "'530,5', 0, 340"), "decimal comma"),
+        (ROS.replace("image_width: 640", "image_width: 640,5"), "decimal comma"),
+        (
+            ROS.replace(
+                "[530, 0, 340, 0, 531, 235, 0, 0, 1]",
+                "[530,1, 0,0, 340,2, 0,0, 531,3, 235,4, 0,0, 0,0, 1,0]",
+            ),
+            "18 numbers",
+        ),
+        (ROS.replace("0.23]", ".nan]"), "not a number"),
+        (ROS.replace("0.23]", "1e999]"), "out of range"),
+        (ROS.replace("0.23]", "1:30]"), "not a number"),
+        (ROS.replace("0.23]", "0x10]"), "not a number"),
+        (ROS.replace("0.23]", "yes]"), "not a number"),
+        (ROS.replace("0.23]", "9" * 5000 + "]"), "not a number|too long"),
+        (ROS.replace("plumb_bob", "stereographic"), "distortion_model"),
+        (ROS.replace("cols: 5", "cols: 4"), "5 numbers"),
+        (ROS.replace("0, 531, 235", "0.5, 531, 235"), "camera matrix"),
+        (ROS.replace("data: [530, 0,", "data: [530, 3,"), "skew"),
+        (ROS.replace("image_height: 480\n", ""), "image_height"),
+        (ROS.replace("image_width: 640", "image_width: 0"), "width"),
+        (ROS + "image_width: 641\n", "twice"),
+        (ROS.replace("[-0.26", "[&a -0.26"), "anchor"),
+        (ROS.replace("camera_name: narrow", "camera_name: !!python/object:os.system x"), "tag"),
+        (ROS.replace("camera_name: narrow", "camera_name: " + "[" * 50 + "]" * 50), "20 levels"),
+        (ROS + "#" * 300_000, "bytes"),
+        (ROS.replace("530", "-530"), "focal length"),
+        (ROS.replace("531", "5.31"), "fy / fx"),
+        (OPENCV.replace("rows: 5", "rows: 500"), "rows"),
+        (OPENCV.replace("rows: 5", "rows: 4"), "5 numbers for 4"),
+        (
+            OPENCV.replace("2.3e-01 ]", "2.3e-01, 0., 0., 0., 1., 0., 0., 0. ]").replace(
+                "rows: 5", "rows: 12"
+            ),
+            "thin prism",
+        ),
+        (OPENCV.replace("camera_matrix:", "K1:"), "no camera_matrix"),
+        (OPENCV.replace("!!opencv-matrix", "!!map/x"), "tag"),
+        (KALIBR.replace("pinhole", "omni"), "camera_model"),
+        (KALIBR.replace("equidistant", "fov"), "distortion_model"),
+        (KALIBR + KALIBR.replace("cam0", "cam1"), "2 cameras"),
+        (KALIBR.replace("[752, 480]", "[752]"), "1 number"),
+        (MRCAL.replace("OPENCV8", "CAHVOR"), "lensmodel"),
+        (MRCAL.replace("OPENCV8", "OPENCV4"), "12 numbers"),
+        (MRCAL.replace("1766.07", "1766,07"), "13 numbers"),
+        (MRCAL.replace("1766.07", "__import__('os')"), "not a number"),
+        (MRCAL.replace("'imagersize'", "'extrinsics'"), "used twice"),
+        (MRCAL.replace("1766.07", "[" * 40 + "]" * 40), "levels"),
+        (PHOTON.replace("699.4", "1e999"), "out of range|not valid JSON"),
+        (PHOTON.replace("699.4", "NaN"), "out of range|not a JSON number"),
+        (PHOTON.replace('"rows": 3', '"rows": 4', 1), "4 × 3"),
+        (PHOTON.replace("699.4", "true"), "not a number"),
+        (PHOTON.replace('"width": 640.0', '"width": 640.5'), "whole number"),
+        ("{}", "not supported"),
+        ("", "not supported"),
+        ("PK\x03\x04", "remap table"),
+        ("<?xml version='1.0'?><opencv_storage>", "not supported"),
+    ],
+)
 def test_a_wrong_file_is_refused_by_what_is_wrong(text, match):
     refused(text, match)
 
 
-@pytest.mark.parametrize("line, match", [
-    ('{"field": "plain", "region": 3}', "region"), ('{"field": "../x"}', "field"), ("{", "damaged"), ("{]}", "damaged"),
-    ('{"field": "plain", "rotate": 45}', "rotate"), ('{"field": "plain", "rectangle": [1]}', "rectangle"),
-    ('{"field": "plain", "rectangle": [1e9, 3, 4, 5], "rotation": [1, 2, 3], "position_mm": [0, 0, 9]}',
-     "rectangle|out of range"),
-    ('{"field": "plain", "rotation": [1, 2], "position_mm": [0, 0, 9]}', "rotation"),
-    ('{"field": "plain", "rotation": [1, 2, 3]}', "position_mm"),
-    ('{"field": "ssl-2008", "rotation": [1, 2, 3], "position_mm": [0, 0, -9]}', "height"),
-    ('{"field": "ssl-2008", "rotation": [1, 2, 99], "position_mm": [0, 0, 9]}', "rotation"),
-])
+@pytest.mark.parametrize(
+    "line, match",
+    [
+        ('{"field": "plain", "region": 3}', "region"),
+        ('{"field": "../x"}', "field"),
+        ("{", "damaged"),
+        ("{]}", "damaged"),
+        ('{"field": "plain", "rotate": 45}', "rotate"),
+        ('{"field": "plain", "rectangle": [1]}', "rectangle"),
+        (
+            '{"field": "plain", "rectangle": [1e9, 3, 4, 5], "rotation": [1, 2, 3], "position_mm": [0, 0, 9]}',
+            "rectangle|out of range",
+        ),
+        ('{"field": "plain", "rotation": [1, 2], "position_mm": [0, 0, 9]}', "rotation"),
+        ('{"field": "plain", "rotation": [1, 2, 3]}', "position_mm"),
+        ('{"field": "ssl-2008", "rotation": [1, 2, 3], "position_mm": [0, 0, -9]}', "height"),
+        ('{"field": "ssl-2008", "rotation": [1, 2, 99], "position_mm": [0, 0, 9]}', "rotation"),
+    ],
+)
 def test_our_own_line_in_a_file_is_checked_like_all_else(line, match):
     refused(f"# touchline: {line}\n" + ROS, match)
 
@@ -235,15 +335,22 @@ def test_our_own_line_in_a_file_is_checked_like_all_else(line, match):
 CSV = "feature,kind,z_mm,raw_x_px,raw_y_px\nleft,line,0,10,20\nleft,line,0,11,40\n"
 
 
-@pytest.mark.parametrize("text, match", [
-    (CSV.replace(",", ";"), "semicolons"), (CSV.replace("11,40", '"11,5",40'), "decimal comma"),
-    (CSV.replace("11,40", "11,5,40"), "6 columns"), (CSV.replace("11,40", "x,40"), "not a number"),
-    (CSV.replace("raw_y_px", "y"), "raw_y_px"), (CSV.replace("left,line,0,11", "left,circle,0,11"), "kind"),
-    (CSV + "left,line,0,1,1\n" * 20_001, "more than"),
-    (CSV.replace("left,line,0,11", "x y,grid,0,11"), "feature|points"),
-    (CSV.replace("left,line,0,11", "1 2 3,landmark,0,11"), "position"), (CSV, "field, region"),
-    ("feature,raw_x_px,raw_y_px\n", "field, region"),
-])
+@pytest.mark.parametrize(
+    "text, match",
+    [
+        (CSV.replace(",", ";"), "semicolons"),
+        (CSV.replace("11,40", '"11,5",40'), "decimal comma"),
+        (CSV.replace("11,40", "11,5,40"), "6 columns"),
+        (CSV.replace("11,40", "x,40"), "not a number"),
+        (CSV.replace("raw_y_px", "y"), "raw_y_px"),
+        (CSV.replace("left,line,0,11", "left,circle,0,11"), "kind"),
+        (CSV + "left,line,0,1,1\n" * 20_001, "more than"),
+        (CSV.replace("left,line,0,11", "x y,grid,0,11"), "feature|points"),
+        (CSV.replace("left,line,0,11", "1 2 3,landmark,0,11"), "position"),
+        (CSV, "field, region"),
+        ("feature,raw_x_px,raw_y_px\n", "field, region"),
+    ],
+)
 def test_a_wrong_table_is_refused_by_what_is_wrong(text, match):
     refused(text, match)
 
@@ -255,7 +362,11 @@ def test_a_table_of_points_is_fitted_to_a_calibration():
     field = {"plain": field_around(model.region)}
     wanted = ImportOptions("plain", model.region.name, None, model.image_size, "north")
     made = interchange.calibration_from_file(interchange.read_file(data), wanted, field)
-    assert made.model_name == "polynomial" and made.report["rms_px"] < 1e-6 and len(made.observations) == 4
+    assert (
+        made.model_name == "polynomial"
+        and made.report["rms_px"] < 1e-6
+        and len(made.observations) == 4
+    )
 
 
 def test_every_reader_has_a_file_from_outside_in_these_tests():
@@ -270,7 +381,10 @@ def test_the_name_decides_where_the_content_leaves_a_choice():
 
 
 def test_no_reader_uses_what_strangers_files_must_never_meet():
-    readers = [*ROOT.glob("app/touchline/formats/*.py"), *ROOT.glob("app/touchline/ssl_protocol/*.py")]
+    readers = [
+        *ROOT.glob("app/touchline/formats/*.py"),
+        *ROOT.glob("app/touchline/ssl_protocol/*.py"),
+    ]
     assert len(readers) > 15
     for file in readers:
         text = file.read_text()

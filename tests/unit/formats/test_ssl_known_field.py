@@ -21,13 +21,17 @@ from touchline.store.fields import load_fields
 
 FIELDS = load_fields()
 BOTH = [(program, division) for program in PROGRAMS for division in SIZES]
-FORMER = {"RightFieldLeftPenaltyStretch": "RightFieldRightPenaltyStretch",
-          # how older Touchlines named them
-          "RightFieldRightPenaltyStretch": "RightFieldLeftPenaltyStretch"}
+FORMER = {
+    "RightFieldLeftPenaltyStretch": "RightFieldRightPenaltyStretch",
+    # how older Touchlines named them
+    "RightFieldRightPenaltyStretch": "RightFieldLeftPenaltyStretch",
+}
 
 
 def sent(program: str, division: str, **changes) -> SSL_GeometryFieldSize:
-    return decode(SSL_WrapperPacket, packet_of(program, division, **changes).SerializeToString()).geometry.field
+    return decode(
+        SSL_WrapperPacket, packet_of(program, division, **changes).SerializeToString()
+    ).geometry.field
 
 
 def middles(lines) -> dict[str, tuple[float, float]]:
@@ -42,10 +46,16 @@ def test_a_field_of_either_program_is_recognised(program, division):
 @pytest.mark.parametrize(("program", "division"), BOTH)
 def test_ours_are_sent_under_the_names_that_the_programs_give_them(program, division):
     ours = field_to_wire(FIELDS[division])
-    found = middles((line.name, line.p1.x, line.p1.y, line.p2.x, line.p2.y) for line in ours.field_lines)
+    found = middles(
+        (line.name, line.p1.x, line.p1.y, line.p2.x, line.p2.y) for line in ours.field_lines
+    )
     assert found == middles(lines_of(program, division))
     assert all(line.type for line in ours.field_lines) and names_are_the_leagues(ours)
-    assert markings_alone(ours, sent(program, division)) == markings_alone(sent(program, division), ours) == []
+    assert (
+        markings_alone(ours, sent(program, division))
+        == markings_alone(sent(program, division), ours)
+        == []
+    )
 
 
 @pytest.mark.parametrize(("program", "division"), BOTH)
@@ -66,17 +76,32 @@ def test_names_order_widths_and_noise_do_not_matter(program, division):
 
 @pytest.mark.parametrize("division", SIZES)
 def test_lines_that_a_hall_has_not_painted_may_be_missing(division):
-    some = tuple(name for name, *_ in lines_of("vision-processor", division) if "Penalty" in name or "Center" in name)
-    assert known_field(sent("vision-processor", division, without=some), FIELDS.values()) is FIELDS[division]
+    some = tuple(
+        name
+        for name, *_ in lines_of("vision-processor", division)
+        if "Penalty" in name or "Center" in name
+    )
+    assert (
+        known_field(sent("vision-processor", division, without=some), FIELDS.values())
+        is FIELDS[division]
+    )
 
 
 def test_of_several_fields_of_one_size_the_one_with_most_in_common_counts():
     whole = FIELDS["ssl-div-b"]
-    bare = replace(whole, name="bare", arcs={}, lines={n: m for n, m in whole.lines.items() if "defence" not in n})
+    bare = replace(
+        whole,
+        name="bare",
+        arcs={},
+        lines={n: m for n, m in whole.lines.items() if "defence" not in n},
+    )
     heard = sent("ssl-vision", "ssl-div-b")
     assert known_field(heard, (bare, whole)) is known_field(heard, (whole, bare)) is whole
-    wide = replace(whole, name="wide", extras={**whole.extras, "goal": {"width_mm": 1200, "depth_mm": 180,
-                                                                      "height_mm": 160}})
+    wide = replace(
+        whole,
+        name="wide",
+        extras={**whole.extras, "goal": {"width_mm": 1200, "depth_mm": 180, "height_mm": 160}},
+    )
     assert known_field(heard, (wide, whole)) is whole
 
 
@@ -105,10 +130,14 @@ def test_what_an_older_touchline_sends_is_recognised_and_named_by_where_it_lies(
     field = field_to_wire(FIELDS[division])
     for line in field.field_lines:
         line.name = FORMER.get(line.name, line.name)
-    assert field_from_wire(field, FIELDS.values()) is FIELDS[division] and not names_are_the_leagues(field)
+    assert field_from_wire(field, FIELDS.values()) is FIELDS[
+        division
+    ] and not names_are_the_leagues(field)
     found = field_from_wire(field)  # as where the field is not known
     for name, line in FIELDS[division].lines.items():
-        assert sorted([found.lines[name].start, found.lines[name].end]) == sorted([line.start, line.end]), name
+        assert sorted([found.lines[name].start, found.lines[name].end]) == sorted(
+            [line.start, line.end]
+        ), name
 
 
 def test_a_message_with_one_boundary_width_has_it_behind_the_goals_too():

@@ -85,11 +85,18 @@ def test_every_hostile_file_beside_the_project_costs_little_and_breaks_nothing(d
     slow = {name: c for name, c in costs.items() if c.seconds > SLOW_S}
     large = {name: c for name, c in costs.items() if max(c.child_mb, c.parent_mb) > LARGE_MB}
     assert not slow and not large
-    assert not any(c.died for c in costs.values()), "none of them gets far enough to break a decoder"
+    assert not any(c.died for c in costs.values()), (
+        "none of them gets far enough to break a decoder"
+    )
     decoded = sum(c.outcome == "decoded" for c in costs.values())
     assert decoded > 100, "the screen is no wall: harmless ones among them still decode"
-    worst = {name: max(getattr(c, name) for c in costs.values()) for name in ("seconds", "child_mb", "parent_mb")}
-    print(f"{len(costs)} files, {decoded} decoded, {sum(c.seconds for c in costs.values()):.2f} s; worst: {worst}")
+    worst = {
+        name: max(getattr(c, name) for c in costs.values())
+        for name in ("seconds", "child_mb", "parent_mb")
+    }
+    print(
+        f"{len(costs)} files, {decoded} decoded, {sum(c.seconds for c in costs.values()):.2f} s; worst: {worst}"
+    )
 
 
 @dataclass(frozen=True)
@@ -114,9 +121,18 @@ class Cost:
         except TouchlineError as refusal:
             outcome = refusal.reason
         alive = [pid for pid in children if pid in pids_of(decoder)]
-        seconds = time.thread_time() + sum(map(cpu_s, alive)) - begin if alive == list(children) else np.nan
-        return cls(outcome, seconds, max((memory_mb(pid, "VmHWM") for pid in alive), default=0.0),
-                   memory_mb(os.getpid(), "VmHWM") - before_mb, died=len(alive) < len(children))
+        seconds = (
+            time.thread_time() + sum(map(cpu_s, alive)) - begin
+            if alive == list(children)
+            else np.nan
+        )
+        return cls(
+            outcome,
+            seconds,
+            max((memory_mb(pid, "VmHWM") for pid in alive), default=0.0),
+            memory_mb(os.getpid(), "VmHWM") - before_mb,
+            died=len(alive) < len(children),
+        )
 
 
 def memory_mb(pid, which):
@@ -152,7 +168,9 @@ def test_a_decoder_killed_amid_a_picture_refuses_it_and_the_next_one_decodes(mon
         os.kill(pid, signal.SIGSTOP)  # holds it in the middle, however fast the machine
         (worker,), begun = decoder._all, threading.Event()
         connection = worker._child.connection  # waits for the answer once the picture has been sent
-        monkeypatch.setattr(connection, "receive", lambda s, wait=connection.receive: (begun.set(), wait(s))[1])
+        monkeypatch.setattr(
+            connection, "receive", lambda s, wait=connection.receive: (begun.set(), wait(s))[1]
+        )
         first = thread.submit(decoder.frame_from_bytes, encoded("png"))
         assert begun.wait(LONG_S)
         os.kill(pid, signal.SIGKILL)
@@ -267,12 +285,17 @@ def test_what_is_encoded_as_png_comes_back_to_the_bit(decoder):
 
 def test_a_higher_jpeg_quality_gives_a_larger_and_truer_file(decoder):
     low, high = encode(gradient(), "jpg", 20), encode(gradient(), "jpg", 95)
-    error = [np.abs(decoder.frame_from_bytes(data).pixels.astype(int) - gradient()).mean() for data in (low, high)]
+    error = [
+        np.abs(decoder.frame_from_bytes(data).pixels.astype(int) - gradient()).mean()
+        for data in (low, high)
+    ]
     assert len(low) < len(high) and error[0] > error[1]
 
 
-@pytest.mark.parametrize(("format", "quality", "reason"), [
-    ("gif", 90, "unknown-image-format"), ("jpg", 0, "bad-quality"), ("jpg", 101, "bad-quality")])
+@pytest.mark.parametrize(
+    ("format", "quality", "reason"),
+    [("gif", 90, "unknown-image-format"), ("jpg", 0, "bad-quality"), ("jpg", 101, "bad-quality")],
+)
 def test_an_encoding_that_does_not_exist_is_refused(format, quality, reason):
     with pytest.raises(BadInput) as refusal:
         encode(gradient(), format, quality)

@@ -6,7 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.support.pictures import COMMENTS, TURN, TURNED, encoded, gradient, jpeg_segment, turned_jpeg
+from tests.support.pictures import (
+    COMMENTS,
+    TURN,
+    TURNED,
+    encoded,
+    gradient,
+    jpeg_segment,
+    turned_jpeg,
+)
 from touchline.core.errors import BadImage
 from touchline.images import read_in_process
 
@@ -16,7 +24,9 @@ def decodings(monkeypatch) -> list[int]:
     """The flags of each decoding, from now on."""
     flags: list[int] = []
     decode = cv2.imdecode
-    monkeypatch.setattr(cv2, "imdecode", lambda data, flag: flags.append(flag) or decode(data, flag))
+    monkeypatch.setattr(
+        cv2, "imdecode", lambda data, flag: flags.append(flag) or decode(data, flag)
+    )
     return flags
 
 
@@ -29,18 +39,30 @@ def test_its_size_is_known_before_it_is_decoded_and_it_is_decoded_once(decodings
     def look() -> None:
         together.wait()
         assert frame.pixels.shape == (480, 640, 3)
+
     threads = [Thread(target=look) for _ in range(4)]
     for one in threads:
         one.start()
     for one in threads:
         one.join()
     assert len(decodings) == 1 and not frame.pixels.flags.writeable
-    np.testing.assert_array_equal(frame.pixels, cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR))
+    np.testing.assert_array_equal(
+        frame.pixels, cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    )
 
 
-@pytest.mark.parametrize(("asked", "given"), [((640, 1), (640, 480)), ((321, 1), (640, 480)), ((320, 1), (320, 240)),
-                                              ((161, 1), (320, 240)), ((100, 100), (160, 120)), ((1, 100), (160, 120)),
-                                              ((1, 1), (80, 60))])
+@pytest.mark.parametrize(
+    ("asked", "given"),
+    [
+        ((640, 1), (640, 480)),
+        ((321, 1), (640, 480)),
+        ((320, 1), (320, 240)),
+        ((161, 1), (320, 240)),
+        ((100, 100), (160, 120)),
+        ((1, 100), (160, 120)),
+        ((1, 1), (80, 60)),
+    ],
+)
 def test_it_is_read_no_larger_than_needed_and_no_smaller(decodings, asked, given):
     frame = read_in_process(encoded("jpg", gradient(640, 480)))
     small = frame.reduced(*asked)

@@ -5,7 +5,13 @@ import pytest
 
 from tests.support.examples import plain_examples
 from touchline.core.errors import BadInput
-from touchline.imaging.correction import MAX_ERROR_PX, MAX_NODES, CorrectedView, correction_map, correction_mesh
+from touchline.imaging.correction import (
+    MAX_ERROR_PX,
+    MAX_NODES,
+    CorrectedView,
+    correction_map,
+    correction_mesh,
+)
 from touchline.models import MODELS
 
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(plain_examples(name))]
@@ -28,8 +34,10 @@ def interpolated(mesh, x, y):
     return upper * (1 - g) + (nodes[j + 1, i] * (1 - f) + nodes[j + 1, i + 1] * f) * g
 
 
-@pytest.mark.parametrize("margin_px", [pytest.param(0, marks=pytest.mark.long), 40,
-                                       pytest.param(300, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "margin_px",
+    [pytest.param(0, marks=pytest.mark.long), 40, pytest.param(300, marks=pytest.mark.long)],
+)
 @pytest.mark.parametrize(("name", "i"), EXAMPLES)
 def test_between_its_nodes_it_is_where_the_map_is(name, i, margin_px):
     model = example(name, i)
@@ -58,7 +66,9 @@ def test_its_outer_nodes_lie_on_the_outer_edges():
     mesh = correction_mesh(model, 25, 7, 4)
     head, size = mesh.header(), model.corrected_size
     corners = np.array([[-25.5, -25.5], [size.width + 24.5, size.height + 24.5]])
-    np.testing.assert_allclose(model.raw_from_corrected(corners), [mesh.raw_px[0, 0], mesh.raw_px[-1, -1]], atol=1e-3)
+    np.testing.assert_allclose(
+        model.raw_from_corrected(corners), [mesh.raw_px[0, 0], mesh.raw_px[-1, -1]], atol=1e-3
+    )
     last = np.array(head["first"]) + np.array(head["step"]) * (6, 3)
     np.testing.assert_allclose([head["first"], last], corners)
     read = np.frombuffer(mesh.data(), "<f4").reshape(head["rows"], head["columns"], 2)

@@ -43,19 +43,33 @@ def said(jobs, job, message):
 
 def test_a_job_is_done_by_a_worker_of_the_cluster_and_says_how_far_it_has_come(standing, cluster):
     done = ended(standing, standing.start("adding", sample_jobs.adds, {"a": 2, "b": 3}))
-    assert (done.state, done.result["sum"], done.progress, done.attempt) == ("done", 5, 1.0, 1), done
-    assert done.result["pid"] in [worker.pid for worker in cluster.workers] and pids_of(standing) == ()
+    assert (done.state, done.result["sum"], done.progress, done.attempt) == ("done", 5, 1.0, 1), (
+        done
+    )
+    assert (
+        done.result["pid"] in [worker.pid for worker in cluster.workers] and pids_of(standing) == ()
+    )
     slow = standing.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1.0})
     seen = []
     until(lambda: seen.append(standing.get(slow.id).progress) or standing.get(slow.id).ended)
-    assert seen == sorted(seen) and len(set(seen)) > 4 and standing.get(slow.id).result == {"slept": 1.0}
+    assert (
+        seen == sorted(seen)
+        and len(set(seen)) > 4
+        and standing.get(slow.id).result == {"slept": 1.0}
+    )
 
 
 def test_refusals_mistakes_and_nan_come_back_as_from_a_process_of_this_machine(standing, caplog):
     refused = ended(standing, standing.start("fit", sample_jobs.refuses, {}))
     assert refused.state == "failed" and refused.attempt == 1
-    assert refused.problem == {"reason": "too-few-points", "title": "Too few points", "status": 422, "feature": "left",
-                               "detail": "The left border has 2 points.", "fix": "Click two more."}
+    assert refused.problem == {
+        "reason": "too-few-points",
+        "title": "Too few points",
+        "status": 422,
+        "feature": "left",
+        "detail": "The left border has 2 points.",
+        "fix": "Click two more.",
+    }
     broken = ended(standing, standing.start("fit", sample_jobs.breaks, {}))
     assert broken.problem["reason"] == "unexpected" and "KeyError" in caplog.text
     assert "KeyError" not in str(broken.problem)
@@ -67,8 +81,11 @@ def test_refusals_mistakes_and_nan_come_back_as_from_a_process_of_this_machine(s
 
 def test_equal_jobs_are_done_each_for_itself_and_the_lens_is_the_one_found_here(standing):
     """Dask would merge equal calls into one."""
-    spec = {"task": BoardCalibrationRequest(None, options={"terms": ["k1"]}).to_json(),
-            "views": [view.to_json() for view in views_of(count=4)], "image_size": list(SIZE)}
+    spec = {
+        "task": BoardCalibrationRequest(None, options={"terms": ["k1"]}).to_json(),
+        "views": [view.to_json() for view in views_of(count=4)],
+        "image_size": list(SIZE),
+    }
     jobs = [standing.start("board", run_views, spec) for _ in range(2)]
     here = run_views(spec, lambda fraction, message: None)
     for job in jobs:
@@ -80,7 +97,9 @@ def test_equal_jobs_are_done_each_for_itself_and_the_lens_is_the_one_found_here(
 
 def test_a_cancelled_job_that_listens_frees_its_worker_and_the_next_one_is_done(cluster):
     with JobEngine(workers=2, engine=cluster.address) as jobs:
-        pair = [jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 600}) for _ in range(2)]
+        pair = [
+            jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 600}) for _ in range(2)
+        ]
         for job in pair:
             said(jobs, job, "sleeping")
         for job in pair:
@@ -100,7 +119,9 @@ def test_a_job_that_does_not_listen_is_abandoned_and_its_result_thrown_away(clus
         said(jobs, job, "Starting")
         time.sleep(0.3)
         assert jobs.cancel(job.id).state == "cancelled"
-        assert ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
+        assert (
+            ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
+        )
         time.sleep(3)
         assert jobs.get(job.id).state == "cancelled" and kept == []
 
@@ -126,8 +147,13 @@ print("both run", flush=True)
 
 @pytest.mark.parametrize("end", [long("jobs.close()"), "time.sleep(600)"])
 def test_a_server_that_is_stopped_or_killed_leaves_the_workers_free(cluster, standing, end):
-    server = subprocess.Popen([sys.executable, "-c", SERVER.format(address=cluster.address, end=end)], cwd=ROOT,
-                              env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        [sys.executable, "-c", SERVER.format(address=cluster.address, end=end)],
+        cwd=ROOT,
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     try:
         assert server.stdout.readline() == "both run\n"
         if "close" in end:
@@ -140,28 +166,51 @@ def test_a_server_that_is_stopped_or_killed_leaves_the_workers_free(cluster, sta
 
 
 @pytest.mark.long
-def test_the_server_answers_the_same_with_a_cluster_as_without_and_pictures_are_read_there(cluster, tmp_path):
+def test_the_server_answers_the_same_with_a_cluster_as_without_and_pictures_are_read_there(
+    cluster, tmp_path
+):
     board = {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 25.0}
     told = []
     for engine in ("local", cluster.address):
         settings = Settings(data=tmp_path / engine[:4], jobs={"engine": engine})
         with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
-            kept = client.post("/api/v1/snapshots", files={"file": encoded("png", gradient(320, 240))}).json()
-            job = client.post("/api/v1/calibrations/board", json={"snapshots": [kept["id"]], "board": board}).json()
-            until(lambda job=job, client=client: client.get(f"/api/v1/jobs/{job['id']}").json()["ended_at"])
+            kept = client.post(
+                "/api/v1/snapshots", files={"file": encoded("png", gradient(320, 240))}
+            ).json()
+            job = client.post(
+                "/api/v1/calibrations/board", json={"snapshots": [kept["id"]], "board": board}
+            ).json()
+            until(
+                lambda job=job, client=client: client.get(f"/api/v1/jobs/{job['id']}").json()[
+                    "ended_at"
+                ]
+            )
             told.append(client.get(f"/api/v1/jobs/{job['id']}").json())
-    assert told[0]["problem"] == told[1]["problem"] and told[1]["problem"]["type"] == "/problems/no-board"
+    assert (
+        told[0]["problem"] == told[1]["problem"]
+        and told[1]["problem"]["type"] == "/problems/no-board"
+    )
 
 
 def test_pictures_that_a_worker_cannot_read_or_that_differ_say_what_to_share(standing, tmp_path):
-    spec = {"task": {"board": {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 25.0},
-                     "model": "brown-conrady", "options": {}}}
+    spec = {
+        "task": {
+            "board": {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 25.0},
+            "model": "brown-conrady",
+            "options": {},
+        }
+    }
     other = tmp_path / "other.png"
     other.write_bytes(encoded("png"))
     for path in (tmp_path / "nowhere.png", other):
         pictures = [{"name": "picture 1", "path": str(path), "sha256": "0" * 64}]
-        failed = ended(standing, standing.start("board", run_pictures, {**spec, "pictures": pictures}))
-        assert failed.problem["reason"] == "no-shared-folder" and "data folder" in failed.problem["fix"]
+        failed = ended(
+            standing, standing.start("board", run_pictures, {**spec, "pictures": pictures})
+        )
+        assert (
+            failed.problem["reason"] == "no-shared-folder"
+            and "data folder" in failed.problem["fix"]
+        )
         assert failed.problem["detail"].startswith("Picture 1 ")
 
 
@@ -173,7 +222,10 @@ def test_another_version_of_touchline_on_the_workers_is_said(standing, monkeypat
 
 @pytest.mark.long
 def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_right(tmp_path):
-    with dask_cluster(tmp_path) as cluster, JobEngine(workers=4, engine=cluster.address, kept=200) as jobs:
+    with (
+        dask_cluster(tmp_path) as cluster,
+        JobEngine(workers=4, engine=cluster.address, kept=200) as jobs,
+    ):
         slow = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 8})
         other = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 8})
         for job in (slow, other):
@@ -183,23 +235,37 @@ def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_r
         for number in range(60):
             until(lambda: sum(job.state == "queued" for job in jobs.all()) < 15)
             batch.append(jobs.start("adding", sample_jobs.adds, {"a": number, "b": 1}))
-        assert [ended(jobs, job).result["sum"] for job in batch] == [number + 1 for number in range(60)]
+        assert [ended(jobs, job).result["sum"] for job in batch] == [
+            number + 1 for number in range(60)
+        ]
         assert [ended(jobs, job).result for job in (slow, other)] == [{"slept": 8}] * 2
         assert sorted(jobs.get(job.id).attempt for job in (slow, other)) == [1, 2]
 
 
 @pytest.mark.long
 def test_a_job_that_kills_every_worker_has_failed_after_three_and_a_fourth_worker_lives(tmp_path):
-    with dask_cluster(tmp_path, workers=4) as cluster, JobEngine(workers=1, engine=cluster.address) as jobs:
+    with (
+        dask_cluster(tmp_path, workers=4) as cluster,
+        JobEngine(workers=1, engine=cluster.address) as jobs,
+    ):
         failed = ended(jobs, jobs.start("dying", sample_jobs.dies, {"how": "SIGKILL"}))
-        assert (failed.state, failed.problem["reason"], failed.attempt) == ("failed", "worker-died", 3)
+        assert (failed.state, failed.problem["reason"], failed.attempt) == (
+            "failed",
+            "worker-died",
+            3,
+        )
         until(lambda: sum(worker.poll() is not None for worker in cluster.workers) == 3)
-        assert ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
+        assert (
+            ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
+        )
 
 
 @pytest.mark.long
 def test_the_only_worker_killed_is_seen_at_once_and_the_job_waits_for_another(tmp_path):
-    with dask_cluster(tmp_path, workers=1) as cluster, JobEngine(workers=1, engine=cluster.address) as jobs:
+    with (
+        dask_cluster(tmp_path, workers=1) as cluster,
+        JobEngine(workers=1, engine=cluster.address) as jobs,
+    ):
         job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1})
         said(jobs, job, "sleeping")
         os.kill(cluster.workers[0].pid, signal.SIGKILL)
@@ -210,14 +276,18 @@ def test_the_only_worker_killed_is_seen_at_once_and_the_job_waits_for_another(tm
 
 
 @pytest.mark.long
-def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_comes_back_is_used(tmp_path,
-                                                                                                 monkeypatch):
+def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_comes_back_is_used(
+    tmp_path, monkeypatch
+):
     cluster = DaskCluster(tmp_path)
     monkeypatch.setattr("touchline.jobs.dask_runner.CONNECT_S", 0.5)
     with JobEngine(workers=2, engine=cluster.address) as jobs:
         failed = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
         assert (failed.state, failed.problem["reason"]) == ("failed", "no-scheduler")
-        assert "dask scheduler" in failed.problem["fix"] and str(cluster.port) in failed.problem["detail"]
+        assert (
+            "dask scheduler" in failed.problem["fix"]
+            and str(cluster.port) in failed.problem["detail"]
+        )
         monkeypatch.setattr("touchline.jobs.dask_runner.CONNECT_S", 60.0)
         try:
             cluster.start_scheduler()
@@ -233,7 +303,10 @@ def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_c
             cluster.start_scheduler()
             cluster.start_workers(1)
             again = ended(jobs, lost)
-            assert (again.state, again.result) == ("done", {"slept": 2}) and again.attempt in (2, 3), again
+            assert (again.state, again.result) == ("done", {"slept": 2}) and again.attempt in (
+                2,
+                3,
+            ), again
             # And once more while nobody works.
             cluster.end()
             cluster.start_scheduler()
@@ -249,11 +322,15 @@ def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_c
 def test_with_certificates_and_never_without(tmp_path, monkeypatch):
     # its own authority, its key beside it
     certificate = str(TESTS / "support" / "camera_certificate.pem")
-    names = {"CA_FILE": certificate} | {f"{who}__{what}": certificate for who in ("CLIENT", "SCHEDULER", "WORKER")
-                                        for what in ("CERT", "KEY")}
+    names = {"CA_FILE": certificate} | {
+        f"{who}__{what}": certificate
+        for who in ("CLIENT", "SCHEDULER", "WORKER")
+        for what in ("CERT", "KEY")
+    }
     cluster = DaskCluster(tmp_path, "tls")
-    cluster.environment = {f"DASK_DISTRIBUTED__COMM__TLS__{name}": path for name, path in names.items()} | {
-        "DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "true"}
+    cluster.environment = {
+        f"DASK_DISTRIBUTED__COMM__TLS__{name}": path for name, path in names.items()
+    } | {"DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "true"}
     monkeypatch.setattr("touchline.jobs.dask_runner.CONNECT_S", 60.0)
     address = cluster.address.replace("dask:", "dask+tls:")
     try:
@@ -261,11 +338,23 @@ def test_with_certificates_and_never_without(tmp_path, monkeypatch):
         cluster.start_workers(1)
         with JobEngine(workers=1, engine=address) as jobs:
             refused = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
-            assert refused.problem["reason"] == "no-scheduler" and "certificates" in refused.problem["fix"]
-        script = SERVER.format(address=address, end="jobs.close()").replace("workers=2", "workers=1").replace(
-            "range(2)", "range(1)")
-        told = subprocess.run([sys.executable, "-c", script], cwd=ROOT, env=ENVIRONMENT | cluster.environment,
-                              capture_output=True, text=True, timeout=90)
+            assert (
+                refused.problem["reason"] == "no-scheduler"
+                and "certificates" in refused.problem["fix"]
+            )
+        script = (
+            SERVER.format(address=address, end="jobs.close()")
+            .replace("workers=2", "workers=1")
+            .replace("range(2)", "range(1)")
+        )
+        told = subprocess.run(
+            [sys.executable, "-c", script],
+            cwd=ROOT,
+            env=ENVIRONMENT | cluster.environment,
+            capture_output=True,
+            text=True,
+            timeout=90,
+        )
         assert told.stdout == "both run\n", told.stderr
     finally:
         cluster.end()
@@ -273,9 +362,14 @@ def test_with_certificates_and_never_without(tmp_path, monkeypatch):
 
 @pytest.mark.long
 def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_path):
-    with dask_cluster(tmp_path, workers=0) as cluster, JobEngine(engine=cluster.address, wall_s=1.5) as jobs:
+    with (
+        dask_cluster(tmp_path, workers=0) as cluster,
+        JobEngine(engine=cluster.address, wall_s=1.5) as jobs,
+    ):
         failed = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
-        assert failed.problem["reason"] == "no-free-worker" and "dask worker" in failed.problem["fix"]
+        assert (
+            failed.problem["reason"] == "no-free-worker" and "dask worker" in failed.problem["fix"]
+        )
 
 
 def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(cluster, monkeypatch):
@@ -296,8 +390,10 @@ def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(cluster, mon
         assert done.state == "done" and done.result["sum"] == 2 and not errors
 
 
-@pytest.mark.parametrize("address", ["dask://", "dask://host", "http://host:1", "dask://host:port",
-                                     "dask://host:70000", "Local"])
+@pytest.mark.parametrize(
+    "address",
+    ["dask://", "dask://host", "http://host:1", "dask://host:port", "dask://host:70000", "Local"],
+)
 def test_an_address_that_is_none_is_refused_at_the_start(address):
     with pytest.raises(BadInput):
         JobEngine(engine=address)

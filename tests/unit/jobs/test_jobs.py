@@ -51,41 +51,73 @@ def test_a_job_is_done_in_a_process_of_its_own_and_says_how_far_it_has_come(stan
     slow = standing.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 0.6})
     seen = []
     until(lambda: seen.append(standing.get(slow.id).progress) or standing.get(slow.id).ended)
-    assert seen == sorted(seen) and len(set(seen)) > 4 and standing.get(slow.id).result == {"slept": 0.6}
+    assert (
+        seen == sorted(seen)
+        and len(set(seen)) > 4
+        and standing.get(slow.id).result == {"slept": 0.6}
+    )
 
 
 def test_a_refusal_comes_back_as_a_problem_with_its_fix(standing):
     failed = ended(standing, standing.start("fit", sample_jobs.refuses, {}))
     assert failed.state == "failed" and failed.result is None
-    assert failed.problem == {"reason": "too-few-points", "title": "Too few points", "status": 422, "feature": "left",
-                              "detail": "The left border has 2 points.", "fix": "Click two more."}
+    assert failed.problem == {
+        "reason": "too-few-points",
+        "title": "Too few points",
+        "status": 422,
+        "feature": "left",
+        "detail": "The left border has 2 points.",
+        "fix": "Click two more.",
+    }
 
 
 def test_a_mistake_of_ours_is_a_failed_job_whose_trace_is_in_the_log_alone(standing, caplog):
     failed = ended(standing, standing.start("fit", sample_jobs.breaks, {}))
-    assert failed.state == "failed" and failed.problem["reason"] == "unexpected" and failed.problem["fix"]
+    assert (
+        failed.state == "failed"
+        and failed.problem["reason"] == "unexpected"
+        and failed.problem["fix"]
+    )
     assert "KeyError" in caplog.text and "KeyError" not in str(failed.problem)
 
 
-DEATHS = {"SIGKILL": "worker-died", "SIGSEGV": "worker-died", "null pointer": "worker-died", "exit 0": "worker-died",
-          "SystemExit": "unexpected", "10 GB": "job-needs-memory"}
+DEATHS = {
+    "SIGKILL": "worker-died",
+    "SIGSEGV": "worker-died",
+    "null pointer": "worker-died",
+    "exit 0": "worker-died",
+    "SystemExit": "unexpected",
+    "10 GB": "job-needs-memory",
+}
 
 
-@pytest.mark.parametrize("how", [long(how) if how in ("SIGSEGV", "null pointer") else how for how in DEATHS])
-def test_a_job_that_kills_each_worker_has_failed_after_three_with_a_fix_and_the_next_one_is_done(standing, how):
+@pytest.mark.parametrize(
+    "how", [long(how) if how in ("SIGSEGV", "null pointer") else how for how in DEATHS]
+)
+def test_a_job_that_kills_each_worker_has_failed_after_three_with_a_fix_and_the_next_one_is_done(
+    standing, how
+):
     failed = ended(standing, standing.start("dying", sample_jobs.dies, {"how": how}))
     assert failed.state == "failed" and failed.problem["fix"].endswith(".")
     assert failed.problem["reason"] == DEATHS[how]
     assert failed.attempt == (3 if DEATHS[how] == "worker-died" else 1)
-    assert ended(standing, standing.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
+    assert (
+        ended(standing, standing.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"]
+        == 2
+    )
 
 
 @pytest.mark.parametrize("how", ["SIGSTOP", long("closed line")])
 def test_a_worker_that_answers_no_more_is_ended_when_its_time_is_up(how):
     with JobEngine(workers=1, wall_s=6) as jobs:
         failed = ended(jobs, jobs.start("hanging", sample_jobs.dies, {"how": how}))
-        assert failed.state == "failed" and failed.problem["reason"] in ("job-too-long", "worker-died")
-        assert ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
+        assert failed.state == "failed" and failed.problem["reason"] in (
+            "job-too-long",
+            "worker-died",
+        )
+        assert (
+            ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
+        )
 
 
 def test_a_worker_killed_from_outside_while_idle_is_replaced(jobs):
@@ -107,10 +139,20 @@ def test_a_job_given_to_a_process_that_is_just_dying_is_done_by_a_new_one(jobs, 
 
 
 def test_a_flood_of_words_harms_nobody_and_nan_is_null(standing):
-    assert ended(standing, standing.start("flood", sample_jobs.dies, {"how": "flood"})).result == "flooded"
+    assert (
+        ended(standing, standing.start("flood", sample_jobs.dies, {"how": "flood"})).result
+        == "flooded"
+    )
     found = ended(standing, standing.start("nan", sample_jobs.answers_nan, {})).result
     assert found == {"value": None, "list": [1.0, None]}
-    assert len(ended(standing, standing.start("much", sample_jobs.answers_much, {"bytes": 20_000_000})).result) == 2e7
+    assert (
+        len(
+            ended(
+                standing, standing.start("much", sample_jobs.answers_much, {"bytes": 20_000_000})
+            ).result
+        )
+        == 2e7
+    )
 
 
 def test_a_worker_uses_one_thread_for_arithmetic_and_knows_no_token(monkeypatch):
@@ -201,13 +243,17 @@ def test_what_fails_while_it_is_kept_is_a_failed_job(jobs):
 
 
 def test_a_worker_killed_midway_is_another_attempt_and_the_other_jobs_stay_as_they_are(standing):
-    pair = [standing.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1.0}) for _ in range(2)]
+    pair = [
+        standing.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1.0}) for _ in range(2)
+    ]
     for job in pair:
         running(standing, job)
     os.kill(pids_of(standing)[0], signal.SIGKILL)
     until(lambda: any(standing.get(job.id).attempt == 2 for job in pair))
     assert sorted((ended(standing, job).state, standing.get(job.id).attempt) for job in pair) == [
-        ("done", 1), ("done", 2)]
+        ("done", 1),
+        ("done", 2),
+    ]
     assert all(standing.get(job.id).result == {"slept": 1.0} for job in pair)
 
 
@@ -217,7 +263,11 @@ def test_a_job_that_was_lost_once_waits_with_its_attempt_said_and_its_progress_a
     next_in_line = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     os.kill(pids_of(jobs)[0], signal.SIGKILL)
     waiting = until(lambda: (job := jobs.get(lost.id)).state == "queued" and job)
-    assert (waiting.attempt, waiting.progress, "attempt 2 of 3" in waiting.message) == (2, 0.0, True)
+    assert (waiting.attempt, waiting.progress, "attempt 2 of 3" in waiting.message) == (
+        2,
+        0.0,
+        True,
+    )
     running(jobs, next_in_line)
     assert jobs.cancel(lost.id).state == "cancelled"
     jobs.cancel(next_in_line.id)
@@ -237,39 +287,64 @@ def test_a_cancelled_job_whose_worker_is_lost_is_not_tried_again(jobs):
 
 def test_a_caller_has_a_share_of_the_queue_and_another_one_comes_before_the_rest_of_it():
     with JobEngine(workers=1) as jobs:
-        first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller=Caller("hall", "Anna"))
+        first = jobs.start(
+            "sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller=Caller("hall", "Anna")
+        )
         running(jobs, first)
-        waiting = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller=Caller("hall", "Anna"))
-                   for n in range(MAX_QUEUED_EACH)]
+        waiting = [
+            jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller=Caller("hall", "Anna"))
+            for n in range(MAX_QUEUED_EACH)
+        ]
         with pytest.raises(Busy, match="your jobs"):
             jobs.start("adding", sample_jobs.adds, {}, caller=Caller("hall", "Anna"))
-        other = jobs.start("adding", sample_jobs.adds, {"a": 2, "b": 2}, caller=Caller("hall", "Ben"))
+        other = jobs.start(
+            "adding", sample_jobs.adds, {"a": 2, "b": 2}, caller=Caller("hall", "Ben")
+        )
         jobs.cancel(first.id)
         told = [ended(jobs, job) for job in (other, *waiting)]
-    assert all(job.state == "done" for job in told) and told[0].ended_at == min(job.ended_at for job in told)
+    assert all(job.state == "done" for job in told) and told[0].ended_at == min(
+        job.ended_at for job in told
+    )
 
 
 def test_an_address_with_many_names_leaves_half_of_the_queue_and_comes_after_one_with_fewer_jobs():
     with JobEngine(workers=1) as jobs:
-        first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller=Caller("hostile", "0"))
+        first = jobs.start(
+            "sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller=Caller("hostile", "0")
+        )
         running(jobs, first)
-        waiting = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller=Caller("hostile", f"{n + 1}"))
-                   for n in range(MAX_QUEUED // 2)]
+        waiting = [
+            jobs.start(
+                "adding", sample_jobs.adds, {"a": 1, "b": n}, caller=Caller("hostile", f"{n + 1}")
+            )
+            for n in range(MAX_QUEUED // 2)
+        ]
         with pytest.raises(Busy, match=f"{MAX_QUEUED // 2} jobs from your address"):
             jobs.start("adding", sample_jobs.adds, {}, caller=Caller("hostile", "a new one"))
-        other = [jobs.start("adding", sample_jobs.adds, {"a": 2, "b": 2}, caller=Caller("hall", "Anna"))
-                 for _ in range(2)]
+        other = [
+            jobs.start("adding", sample_jobs.adds, {"a": 2, "b": 2}, caller=Caller("hall", "Anna"))
+            for _ in range(2)
+        ]
         jobs.cancel(first.id)
         told = [ended(jobs, job) for job in (*other, *waiting)]
     order = sorted(told, key=lambda job: (job.ended_at, told.index(job)))
-    assert all(job.state == "done" for job in told) and {job.id for job in order[:3]} >= {job.id for job in other}
+    assert all(job.state == "done" for job in told) and {job.id for job in order[:3]} >= {
+        job.id for job in other
+    }
 
 
 def test_behind_one_address_the_name_with_fewer_jobs_comes_first():
     queue = FairQueue()
-    for place, (address, name, of_address, of_name) in enumerate([
-            ("hall", "Anna", 0, 0), ("hall", "Anna", 1, 1), ("hall", "Anna", 2, 2), ("hall", "Ben", 3, 0),
-            ("office", "Cy", 0, 0), ("office", "Cy", 1, 1)]):
+    for place, (address, name, of_address, of_name) in enumerate(
+        [
+            ("hall", "Anna", 0, 0),
+            ("hall", "Anna", 1, 1),
+            ("hall", "Anna", 2, 2),
+            ("hall", "Ben", 3, 0),
+            ("office", "Cy", 0, 0),
+            ("office", "Cy", 1, 1),
+        ]
+    ):
         queue.put(place, Caller(address, name), of_address, of_name)
     queue.end()
     assert [queue.get() for _ in range(7)] == [0, 4, 3, 5, 1, 2, None]
@@ -296,8 +371,12 @@ def test_addresses_that_take_all_they_can_leave_places_for_one_more():
 
 def test_what_has_ended_of_late_is_not_forgotten_however_much_it_is():
     with JobEngine(workers=2, kept=5) as jobs:
-        made = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}) for n in range(MAX_QUEUED_EACH)]
-        assert [ended(jobs, job).result["sum"] for job in made] == [1 + n for n in range(MAX_QUEUED_EACH)]
+        made = [
+            jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}) for n in range(MAX_QUEUED_EACH)
+        ]
+        assert [ended(jobs, job).result["sum"] for job in made] == [
+            1 + n for n in range(MAX_QUEUED_EACH)
+        ]
         assert len(jobs.all()) == 5  # a list stays as short as it was
 
 
@@ -310,7 +389,9 @@ def test_too_many_waiting_jobs_are_refused_and_old_ones_are_forgotten():
             jobs.start("adding", sample_jobs.adds, {})
         jobs.cancel(first.id)
         last = ended(jobs, waiting[-1])
-        assert [job.id for job in jobs.all()] == [job.id for job in reversed(waiting[-5:])] and last.result["sum"] == 20
+        assert [job.id for job in jobs.all()] == [
+            job.id for job in reversed(waiting[-5:])
+        ] and last.result["sum"] == 20
         with pytest.raises(NotFound, match="no job"):
             jobs.get(first.id)
 
@@ -357,8 +438,12 @@ time.sleep(60)
 
 @pytest.mark.parametrize("job", ["computes_in_silence", "sleeps_and_says"])
 def test_a_worker_ends_when_its_server_is_killed(job):
-    server = subprocess.Popen([sys.executable, "-c", SERVER.format(root=str(ROOT), job=job)], cwd=ROOT,
-                              stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        [sys.executable, "-c", SERVER.format(root=str(ROOT), job=job)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     try:
         pid = int(server.stdout.readline())
     finally:

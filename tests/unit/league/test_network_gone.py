@@ -19,13 +19,23 @@ def allowed() -> bool:
         return False
 
 
-@pytest.mark.skipif(not allowed(), reason="this system lets nobody make a network namespace: a network that goes and "
-                                          "comes back was not tried")
+@pytest.mark.skipif(
+    not allowed(),
+    reason="this system lets nobody make a network namespace: a network that goes and "
+    "comes back was not tried",
+)
 @pytest.mark.parametrize("interface", ["127.0.0.1", long("eth7")])
 def test_a_network_that_goes_is_told_and_one_that_returns_is_used_again(interface):
-    done = subprocess.run([*NAMESPACE, sys.executable, "-m", "tests.support.network_story", interface],
-                          capture_output=True, text=True, timeout=200, cwd=ROOT)
+    done = subprocess.run(
+        [*NAMESPACE, sys.executable, "-m", "tests.support.network_story", interface],
+        capture_output=True,
+        text=True,
+        timeout=200,
+        cwd=ROOT,
+    )
     if done.returncode == NO_TAP:
-        pytest.skip("this system lets nobody make a tap: an interface that is unplugged was not tried")
+        pytest.skip(
+            "this system lets nobody make a tap: an interface that is unplugged was not tried"
+        )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.split("\n")[-2] == "recovered"

@@ -40,8 +40,13 @@ def camera(lens: str) -> SimCamera:
 def points(lens: str):
     seen = camera(lens)
     markings = [m for m in (*FIELD.lines.values(), *FIELD.arcs.values()) if "touch" not in m.name]
-    inside = [Observation(m.name, "line", raw[seen.sees(raw)] + np.random.default_rng(5).normal(0, 0.3, (1, 2)))
-              for m in markings[2:] if len(raw := seen.raw_from_field(m.sample(12)))]
+    inside = [
+        Observation(
+            m.name, "line", raw[seen.sees(raw)] + np.random.default_rng(5).normal(0, 0.3, (1, 2))
+        )
+        for m in markings[2:]
+        if len(raw := seen.raw_from_field(m.sample(12)))
+    ]
     return (*border_observations(seen, REGION, 12, 0.3, np.random.default_rng(2)), *inside)
 
 
@@ -56,7 +61,9 @@ def true_mm(lens: str, field_from_pixel, z_mm: float = 0.0) -> float:
     places = grid_over(REGION).reshape(-1, 2)
     raw = camera(lens).raw_from_field(np.column_stack([places, np.full(len(places), z_mm)]))
     seen = camera(lens).sees(raw)
-    return float(np.sqrt(np.mean(np.sum((field_from_pixel(raw[seen]) - places[seen]) ** 2, axis=1))))
+    return float(
+        np.sqrt(np.mean(np.sum((field_from_pixel(raw[seen]) - places[seen]) ** 2, axis=1)))
+    )
 
 
 def received(calibration: Calibration):
@@ -97,22 +104,36 @@ def test_a_model_with_one_term_tells_what_it_lacks():
     assert "freer" not in calibrated("strong", "ssl").lens_option()["covariance"]
 
 
-@pytest.mark.parametrize("spoil", [{"model": "nobody"}, {"parameters": {}}, {"names": []}, {"matrix": [[-1.0]]},
-                                   {"model": "polynomial"}])
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        {"model": "nobody"},
+        {"parameters": {}},
+        {"names": []},
+        {"matrix": [[-1.0]]},
+        {"model": "polynomial"},
+    ],
+)
 def test_a_foreign_fit_in_an_imported_report_is_refused_and_fitted_anew(spoil):
     calibration = calibrated("strong", "ssl")
     covariance = calibration.covariance
     spoilt = {**covariance, "freer": {**covariance["freer"], **spoil}}
     with pytest.raises(Conflict):
         uncertainty(model_of(calibration), spoilt, REGION)
-    packet = packet_camera(replace(calibration, report={**calibration.report, "covariance": spoilt}))
-    assert packet.expected["rms"] == pytest.approx(packet_camera(calibration).expected["rms"], rel=0.2)
+    packet = packet_camera(
+        replace(calibration, report={**calibration.report, "covariance": spoilt})
+    )
+    assert packet.expected["rms"] == pytest.approx(
+        packet_camera(calibration).expected["rms"], rel=0.2
+    )
 
 
 @pytest.mark.parametrize("model", ["brown-conrady", "ssl"])
 def test_both_programs_of_the_league_place_pixels_as_we_do(model):
     packet, back = received(calibrated("strong", model))
-    pixels = np.stack(np.meshgrid(np.linspace(20, 1200, 12), np.linspace(20, 1000, 10)), axis=-1).reshape(-1, 2)
+    pixels = np.stack(
+        np.meshgrid(np.linspace(20, 1200, 12), np.linspace(20, 1000, 10)), axis=-1
+    ).reshape(-1, 2)
     for z_mm in (0.0, HAT_MM):
         ours = back.unproject(pixels, z_mm)
         near = np.abs(ours).max(axis=1) < 6000
@@ -134,7 +155,10 @@ def test_a_negative_term_and_its_readers_fault_are_told():
     assert back.lens_terms[0] < 0 and packet.ignored_px > 1
     (told,) = (w for w in packet.warnings("north") if w.reason == "negative-term")
     assert f"up to {packet.ignored_px:.0f} px" in told.text and told.fix
-    assert all(w.reason != "negative-term" for w in received(calibrated("mild", "brown-conrady"))[0].warnings("north"))
+    assert all(
+        w.reason != "negative-term"
+        for w in received(calibrated("mild", "brown-conrady"))[0].warnings("north")
+    )
 
 
 def test_it_is_published_with_a_warning_up_to_the_limit_and_asked_above():
@@ -142,7 +166,10 @@ def test_it_is_published_with_a_warning_up_to_the_limit_and_asked_above():
     judged_mm = packet_camera(calibration).judged_mm
     (one,) = published_cameras([calibration], PublishingConfig(limit_mm=judged_mm + 0.1))
     assert one.sent is not None
-    assert any(w["reason"] == "packet-error" and "Teams receive north" in w["text"] for w in one.to_json()["warnings"])
+    assert any(
+        w["reason"] == "packet-error" and "Teams receive north" in w["text"]
+        for w in one.to_json()["warnings"]
+    )
     (asked,) = published_cameras([calibration], PublishingConfig(limit_mm=judged_mm - 0.1))
     assert asked.sent is None and asked.problem.reason == "loss-above-limit"
 
@@ -150,9 +177,20 @@ def test_it_is_published_with_a_warning_up_to_the_limit_and_asked_above():
 def test_a_fisheye_that_sees_behind_what_a_packet_can_hold_is_sent_all_the_same():
     """One place of the picture at 93° from the axis made every camera impossible."""
     region = Region("half-left", (-6000.0, 0.0), (-4500.0, 4500.0))
-    model = Fisheye((0.00366, -0.0008, -0.00342, 0.00168), 538.257, 0.9979394770282457, (723.84, 532.0),
-                    (-3.1073387, -0.0740729, -0.3086781), (-4111.8, 373.1, 3046.6), 720.0, 1080.0, 7, 10, region,
-                    ImageSize(1440, 1080))
+    model = Fisheye(
+        (0.00366, -0.0008, -0.00342, 0.00168),
+        538.257,
+        0.9979394770282457,
+        (723.84, 532.0),
+        (-3.1073387, -0.0740729, -0.3086781),
+        (-4111.8, 373.1, 3046.6),
+        720.0,
+        1080.0,
+        7,
+        10,
+        region,
+        ImageSize(1440, 1080),
+    )
     found = approximate_camera(model, Ssl, ("a",), region, HAT_MM, square=True)
     places = grid_over(region).reshape(-1, 2)
     pixels = model.project(np.column_stack([places, np.zeros(len(places))]))

@@ -16,8 +16,19 @@ from tests.support.publishing import publishing_of
 from tests.support.waiting import until
 from touchline.core.field import Field
 from touchline.league.live import GeometryListener
-from touchline.league.packet import MAX_AGE_S, PassedOn, PublishingConfig, geometry_packet, published_cameras
-from touchline.league.received import STALE_S, RemotePublisher, geometry_differences, geometry_to_pass_on
+from touchline.league.packet import (
+    MAX_AGE_S,
+    PassedOn,
+    PublishingConfig,
+    geometry_packet,
+    published_cameras,
+)
+from touchline.league.received import (
+    STALE_S,
+    RemotePublisher,
+    geometry_differences,
+    geometry_to_pass_on,
+)
 from touchline.league.service import RECEIVED_FILE
 from touchline.models.ray_camera import Ssl
 from touchline.ssl_protocol.protobuf import decode
@@ -34,8 +45,13 @@ def over(field: Field, **changes):
     region = field.regions["full"]
     model = model_of("ssl", 0)
     assert isinstance(model, Ssl)
-    high = replace(model, region=region, rotation=(3.141592653589793, 0.0, 0.0), position_mm=(0.0, 0.0, 6000.0),
-                   focal_px=700.0)
+    high = replace(
+        model,
+        region=region,
+        rotation=(3.141592653589793, 0.0, 0.0),
+        position_mm=(0.0, 0.0, 6000.0),
+        focal_px=700.0,
+    )
     return of_model(high, **{"field": field.to_json(), **changes})
 
 
@@ -52,8 +68,16 @@ def parts_of(packet: bytes):
 
 
 def sender(packet: bytes, address: str = "10.0.0.2", geometry_s: float = 100.0) -> RemotePublisher:
-    return RemotePublisher(address, 10006, geometry_s, geometry=decode(GeometryPacket, packet).geometry, data=packet,
-                           source=2, geometry_s=geometry_s, geometry_at=1e9)
+    return RemotePublisher(
+        address,
+        10006,
+        geometry_s,
+        geometry=decode(GeometryPacket, packet).geometry,
+        data=packet,
+        source=2,
+        geometry_s=geometry_s,
+        geometry_at=1e9,
+    )
 
 
 def heard(packet: bytes) -> PassedOn:
@@ -68,17 +92,32 @@ def test_field_and_ball_models_are_sent_as_they_came(program):
     assert sent.field == parts_of(theirs).field and UNKNOWN in sent.field
     assert sent.models == parts_of(theirs).models and UNKNOWN in sent.models
     read = listener.Packet.FromString(geometry_packet(cameras, FIELDS, heard(theirs)))
-    assert read.geometry.models.straight_two_phase.acc_roll == -0.45 and len(read.geometry.calib) == 1
-    assert read.geometry.field.goal_substitution_area_width == (300 if program == "ssl-vision" else 0)
+    assert (
+        read.geometry.models.straight_two_phase.acc_roll == -0.45 and len(read.geometry.calib) == 1
+    )
+    assert read.geometry.field.goal_substitution_area_width == (
+        300 if program == "ssl-vision" else 0
+    )
 
 
 def test_another_field_or_one_with_exchanged_names_is_not_passed_on():
     cameras = published_cameras([over(FIELD)], PublishingConfig())
     alone = geometry_packet(cameras, FIELDS)
-    assert geometry_packet(cameras, FIELDS, heard(packet_of("ssl-vision", "ssl-div-a").SerializeToString())) == alone
+    assert (
+        geometry_packet(
+            cameras, FIELDS, heard(packet_of("ssl-vision", "ssl-div-a").SerializeToString())
+        )
+        == alone
+    )
     former = packet_of("ssl-vision", "ssl-div-b")
-    a, b = (next(line for line in former.geometry.field.field_lines if line.name == f"RightField{side}PenaltyStretch")
-            for side in ("Left", "Right"))
+    a, b = (
+        next(
+            line
+            for line in former.geometry.field.field_lines
+            if line.name == f"RightField{side}PenaltyStretch"
+        )
+        for side in ("Left", "Right")
+    )
     a.name, b.name = b.name, a.name
     assert geometry_packet(cameras, FIELDS, heard(former.SerializeToString())) == alone
 
@@ -98,8 +137,15 @@ def test_what_was_heard_is_kept_for_a_day():
     found = heard(packet_of("ssl-vision", "ssl-div-b").SerializeToString())
     assert PassedOn.from_saved(found.saved(), found.heard_at + 10) == found
     assert PassedOn.from_saved(found.saved(), found.heard_at + MAX_AGE_S + 1) is None
-    for wrong in (None, {}, [], {**found.saved(), "packet": "§"}, {**found.saved(), "packet": ""},
-                  {**found.saved(), "heard_at": "x"}, {**found.saved(), "packet": "AAAA"}):
+    for wrong in (
+        None,
+        {},
+        [],
+        {**found.saved(), "packet": "§"},
+        {**found.saved(), "packet": ""},
+        {**found.saved(), "heard_at": "x"},
+        {**found.saved(), "packet": "AAAA"},
+    ):
         assert PassedOn.from_saved(wrong, found.heard_at) is None
     assert found.needs_saving(None) and not found.needs_saving(found)
     assert replace(found, packet=packet_with_unknown("ssl-vision")).needs_saving(found)
@@ -108,14 +154,23 @@ def test_what_was_heard_is_kept_for_a_day():
 def test_what_differs_is_said():
     cameras = published_cameras([over(FIELD)], PublishingConfig())
     ours = decode(GeometryPacket, geometry_packet(cameras, FIELDS)).geometry
-    theirs = decode(GeometryPacket, packet_of("ssl-vision", "ssl-div-b").SerializeToString()).geometry
+    theirs = decode(
+        GeometryPacket, packet_of("ssl-vision", "ssl-div-b").SerializeToString()
+    ).geometry
     assert geometry_differences(ours, ours) == []
     found = geometry_differences(theirs, ours)
-    assert any("goal_height 155, 160" in text for text in found) and any("ball models" in text for text in found)
+    assert any("goal_height 155, 160" in text for text in found) and any(
+        "ball models" in text for text in found
+    )
     theirs.field.field_lines[0].p1.y += 20
     theirs.field.field_lines[0].p2.y += 20
-    assert any("Only it sends" in text and "TopTouchLine" in text for text in geometry_differences(theirs, ours))
-    other = decode(GeometryPacket, packet_of("ssl-vision", "ssl-div-a").SerializeToString()).geometry
+    assert any(
+        "Only it sends" in text and "TopTouchLine" in text
+        for text in geometry_differences(theirs, ours)
+    )
+    other = decode(
+        GeometryPacket, packet_of("ssl-vision", "ssl-div-a").SerializeToString()
+    ).geometry
     (only,) = geometry_differences(other, ours)
     assert "12000 × 9000" in only and "9000 × 6000" in only
 
@@ -123,17 +178,25 @@ def test_what_differs_is_said():
 def test_it_is_heard_and_passed_on_over_the_network_and_kept(tmp_path):
     told, kept = free_group(), tmp_path / RECEIVED_FILE
     theirs = packet_with_unknown("vision-processor")
-    publishing = publishing_of(tmp_path, lambda: [over(FIELD)], FIELDS, enabled=True, interval_s=0.1, **told)
+    publishing = publishing_of(
+        tmp_path, lambda: [over(FIELD)], FIELDS, enabled=True, interval_s=0.1, **told
+    )
     with Listener(**told) as ear, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         publishing.start()
         try:
             ear.hear_until(lambda came: parts_of(came.data).models == b"")
             until(lambda: publishing.received()["listening"])
             port = said(theirs, **told, sock=other)
-            came = ear.hear_until(lambda came: came.sender[1] != port and parts_of(came.data).models)
+            came = ear.hear_until(
+                lambda came: came.sender[1] != port and parts_of(came.data).models
+            )
             assert parts_of(came.data).field == parts_of(theirs).field
             until(lambda: publishing.status()["passed_on"])
-            item = until(lambda: next((one for one in publishing.received()["items"] if one["differs"] == []), None))
+            item = until(
+                lambda: next(
+                    (one for one in publishing.received()["items"] if one["differs"] == []), None
+                )
+            )
             assert item["source"] == "vision-processor"
             saved = json.loads(kept.read_bytes())
             assert PassedOn.from_saved(saved, time.time()).packet == theirs
@@ -150,8 +213,12 @@ def test_a_sender_that_is_heard_is_remembered_by_the_next_publisher(tmp_path):
     found = heard(packet_of("ssl-vision", "ssl-div-b").SerializeToString())
     told = free_group()
     with Listener(**told) as ear:
-        (tmp_path / RECEIVED_FILE).write_text(json.dumps({**found.saved(), "heard_at": time.time() - 1}))
-        publishing = publishing_of(tmp_path, lambda: [over(FIELD)], FIELDS, enabled=True, interval_s=0.1, **told)
+        (tmp_path / RECEIVED_FILE).write_text(
+            json.dumps({**found.saved(), "heard_at": time.time() - 1})
+        )
+        publishing = publishing_of(
+            tmp_path, lambda: [over(FIELD)], FIELDS, enabled=True, interval_s=0.1, **told
+        )
         publishing.start()
         with closing(publishing):
             assert parts_of(ear.receive().data).models == found.models

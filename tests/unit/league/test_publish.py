@@ -51,24 +51,40 @@ def test_a_listener_gets_every_camera_and_projects_as_we_do_within_the_stated_lo
             group.send(geometry_packet([one]))
             heard_of[name, index] = one, listener.Packet.FromString(ear.receive().data)
     for (name, index), (one, packet) in heard_of.items():
-        assert packet.source == listener.Packet.DESCRIPTOR.fields_by_name["source"].enum_type.values_by_name[
-            "SSL_Source_OTHER"].number
+        assert (
+            packet.source
+            == listener.Packet.DESCRIPTOR.fields_by_name["source"]
+            .enum_type.values_by_name["SSL_Source_OTHER"]
+            .number
+        )
         (calib,) = packet.geometry.calib
         model = model_of(name, index)
         if not isinstance(model, RayModel):
             continue
-        for z_mm, worst_mm in ((0.0, one.packet.loss.worst_mm), (150.0, one.packet.loss.hat_worst_mm)):
+        for z_mm, worst_mm in (
+            (0.0, one.packet.loss.worst_mm),
+            (150.0, one.packet.loss.hat_worst_mm),
+        ):
             spots = places(model.region, z_mm, 25)
             pixels = model.project(spots)
-            seen = ((pixels >= -0.5) & (pixels <= np.array(tuple(model.image_size)) - 0.5)).all(axis=1)
-            off = np.linalg.norm(listener.looked_up(calib, pixels[seen], z_mm) - spots[seen, :2], axis=1)
+            seen = ((pixels >= -0.5) & (pixels <= np.array(tuple(model.image_size)) - 0.5)).all(
+                axis=1
+            )
+            off = np.linalg.norm(
+                listener.looked_up(calib, pixels[seen], z_mm) - spots[seen, :2], axis=1
+            )
             assert off.max() <= 1.02 * worst_mm + 1e-3, (name, index, z_mm)
             assert off.max() >= 0.8 * worst_mm - 1e-3, (name, index, z_mm)
             if one.packet.exact:  # the league's own model: only four bytes a number are lost
                 ours = one.sent
-                same = {k: np.float32(getattr(ours, k)) for k in ("focal_length", "distortion", "q0", "tx", "tz")}
+                same = {
+                    k: np.float32(getattr(ours, k))
+                    for k in ("focal_length", "distortion", "q0", "tx", "tz")
+                }
                 assert same == {k: np.float32(getattr(calib, k)) for k in same}
-                np.testing.assert_allclose(listener.projected(calib, spots[seen]), pixels[seen], atol=2e-3)
+                np.testing.assert_allclose(
+                    listener.projected(calib, spots[seen]), pixels[seen], atol=2e-3
+                )
 
 
 def test_what_is_read_back_from_the_wire_projects_to_the_same_pixels(way):
@@ -80,7 +96,9 @@ def test_what_is_read_back_from_the_wire_projects_to_the_same_pixels(way):
     from touchline.workflows import interchange
 
     model = model_of("brown-conrady", 1)
-    ours = interchange.read_file(data).camera({k: getattr(model, k) for k in interchange.RECTANGLE_FIELDS})
+    ours = interchange.read_file(data).camera(
+        {k: getattr(model, k) for k in interchange.RECTANGLE_FIELDS}
+    )
     spots = places(model.region)
     np.testing.assert_allclose(listener.projected(calib, spots), ours.project(spots), atol=1e-6)
 
@@ -100,7 +118,10 @@ def test_a_camera_above_the_limit_is_sent_once_that_was_approved():
     calibration = example("fisheye", 1)
     approving = PublishingConfig(limit_mm=1.0, approved={"north": calibration.id})
     assert published_cameras([calibration], approving)[0].sent is not None
-    assert published_cameras([replace(calibration, id="the-next-version")], approving)[0].sent is not None
+    assert (
+        published_cameras([replace(calibration, id="the-next-version")], approving)[0].sent
+        is not None
+    )
     assert published_cameras([replace(calibration, camera="south")], approving)[0].sent is None
     assert published_cameras([calibration], PublishingConfig(limit_mm=1e6))[0].sent is not None
 
@@ -108,7 +129,9 @@ def test_a_camera_above_the_limit_is_sent_once_that_was_approved():
 def test_two_cameras_with_one_number_are_not_both_sent():
     a, b = on_quarters(model_of("ssl", 0), model_of("ssl", 0))
     first, second = published_cameras([a, b], PublishingConfig())
-    assert first.sent is not None and second.sent is None and second.problem.reason == "number-taken"
+    assert (
+        first.sent is not None and second.sent is None and second.problem.reason == "number-taken"
+    )
     first, second = published_cameras([a, b], PublishingConfig(numbers={"b": 3}))
     assert [one.sent.camera_id for one in (first, second)] == [0, 3]
 
@@ -120,10 +143,18 @@ def test_a_packet_has_one_field_that_of_most_cameras_or_the_one_that_is_named():
     c = replace(c, field=other)
     numbers = {"b": 1, "c": 2}
     told = published_cameras([c, a, b], PublishingConfig(numbers=numbers))
-    assert [(one.name, one.sent is not None) for one in told] == [("c", False), ("a", True), ("b", True)]
+    assert [(one.name, one.sent is not None) for one in told] == [
+        ("c", False),
+        ("a", True),
+        ("b", True),
+    ]
     assert told[0].problem.reason == "other-field"
     told = published_cameras([c, a, b], PublishingConfig(numbers=numbers, field="another"))
-    assert [(one.name, one.sent is not None) for one in told] == [("c", True), ("a", False), ("b", False)]
+    assert [(one.name, one.sent is not None) for one in told] == [
+        ("c", True),
+        ("a", False),
+        ("b", False),
+    ]
 
 
 def test_a_calibration_made_before_its_field_was_changed_is_not_sent_with_the_new_geometry():
@@ -138,11 +169,17 @@ def test_a_calibration_made_before_its_field_was_changed_is_not_sent_with_the_ne
     new = replace(new, field=moved.to_json(), created_at="2026-01-01")
     told = published_cameras([old, new], PublishingConfig(numbers={"b": 1}), fields={now.name: now})
     assert [(one.name, one.sent is not None) for one in told] == [("a", False), ("b", True)]
-    assert told[0].problem.reason == "field-changed" and marking_name(line.name) in told[0].problem.what
+    assert (
+        told[0].problem.reason == "field-changed"
+        and marking_name(line.name) in told[0].problem.what
+    )
     packet = decode(SSL_WrapperPacket, geometry_packet(told, {now.name: now}))
     sent = {one.name: (one.p1, one.p2) for one in packet.geometry.field.field_lines}
     for name in (line.name, "added"):
-        assert sent[name] == (packet_point(now.lines[name].start), packet_point(now.lines[name].end))
+        assert sent[name] == (
+            packet_point(now.lines[name].start),
+            packet_point(now.lines[name].end),
+        )
 
 
 def packet_point(point):
@@ -159,8 +196,10 @@ def test_a_calibration_that_cannot_be_a_camera_is_left_out_and_the_others_are_se
 
 def test_a_version_is_worked_out_once(monkeypatch):
     asked = []
-    monkeypatch.setattr("touchline.league.packet_camera.packet_camera", lambda calibration: asked.append(
-        calibration.id) or packet_camera(calibration))
+    monkeypatch.setattr(
+        "touchline.league.packet_camera.packet_camera",
+        lambda calibration: asked.append(calibration.id) or packet_camera(calibration),
+    )
     wiring, calibration = PacketCameraCache(), example("ssl", 0)
     assert wiring(calibration) is wiring(calibration) and asked == [calibration.id]
     for i in range(2 * PacketCameraCache.MAX_CAMERAS):
@@ -183,13 +222,18 @@ def test_ttl_and_interface_are_those_that_were_set():
 
 def test_other_packets_go_by_the_same_socket(way):
     told, config = way
-    frame = encode(SSL_WrapperPacket(detection=SSL_DetectionFrame(frame_number=7, t_capture=1.5, t_sent=1.6,
-                                                                    camera_id=0)))
+    frame = encode(
+        SSL_WrapperPacket(
+            detection=SSL_DetectionFrame(frame_number=7, t_capture=1.5, t_sent=1.6, camera_id=0)
+        )
+    )
     publisher = Publisher(config, lambda: [example("ssl", 0)], packet_camera)
     with Listener(**told) as ear:
         try:
             publisher.wake()
-            geometry = ear.hear_until(lambda came: listener.Packet.FromString(came.data).HasField("geometry"))
+            geometry = ear.hear_until(
+                lambda came: listener.Packet.FromString(came.data).HasField("geometry")
+            )
             publisher.sender.send(frame)
             detection = ear.hear_until(lambda came: came.data == frame)
             assert geometry.sender == detection.sender
@@ -212,7 +256,11 @@ def test_what_is_activated_is_said_at_once_and_the_rest_every_interval(way):
             standing[:] = [replace(example("ssl", 1), id="next")]
             publisher.wake()
             focal = np.float32(model_of("ssl", 1).focal_px)
-            ear.hear_until(lambda came: listener.Packet.FromString(came.data).geometry.calib[0].focal_length == focal)
+            ear.hear_until(
+                lambda came: (
+                    listener.Packet.FromString(came.data).geometry.calib[0].focal_length == focal
+                )
+            )
         finally:
             publisher.close()
         often = Publisher(replace(config, interval_s=0.1), lambda: standing, packet_camera)
@@ -246,18 +294,43 @@ def test_a_broken_shelf_is_told_and_tried_again(way):
             publisher.close()
 
 
-@pytest.mark.parametrize("wrong", [{"group": "10.0.0.1"}, {"group": "224.5.23"}, {"group": "ff02::1"}, {"group": ""},
-                                   {"group": "224.5.23.2 "}, {"port": 0}, {"port": 70_000}, {"ttl": -1}, {"ttl": 256},
-                                   {"interface": "a/b"}, {"interface": "x" * 40}, {"interface": "224.0.0.1"},
-                                   {"interface": "0.0.0.0"}, {"interface": "eth0\0"}, {"interface": "e\ud800"}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"group": "10.0.0.1"},
+        {"group": "224.5.23"},
+        {"group": "ff02::1"},
+        {"group": ""},
+        {"group": "224.5.23.2 "},
+        {"port": 0},
+        {"port": 70_000},
+        {"ttl": -1},
+        {"ttl": 256},
+        {"interface": "a/b"},
+        {"interface": "x" * 40},
+        {"interface": "224.0.0.1"},
+        {"interface": "0.0.0.0"},
+        {"interface": "eth0\0"},
+        {"interface": "e\ud800"},
+    ],
+)
 def test_a_route_that_cannot_be_is_refused(wrong):
     with pytest.raises(BadInput) as refused:
         MulticastAddress(**wrong)
     assert refused.value.fix.endswith(".") and refused.value.reason.startswith("bad-")
 
 
-@pytest.mark.parametrize("wrong", [{"interval_s": 0.0}, {"interval_s": float("nan")}, {"limit_mm": float("inf")},
-                                   {"limit_mm": -1.0}, {"numbers": {"a": -1}}, {"numbers": {"a": 2**32}}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"interval_s": 0.0},
+        {"interval_s": float("nan")},
+        {"limit_mm": float("inf")},
+        {"limit_mm": -1.0},
+        {"numbers": {"a": -1}},
+        {"numbers": {"a": 2**32}},
+    ],
+)
 def test_a_plan_that_cannot_be_is_refused(wrong):
     with pytest.raises(BadInput):
         PublishingConfig(**wrong)
@@ -292,11 +365,21 @@ def test_an_address_is_here_only_where_this_machine_has_it():
 
 
 def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
-    config = PublishingConfig(True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, False, "ssl-div-b", {"a": 1},
-                              {"a": "b"})
+    config = PublishingConfig(
+        True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, False, "ssl-div-b", {"a": 1}, {"a": "b"}
+    )
     assert PublishingConfig.from_json(json.loads(json.dumps(config.to_json()))) == config
-    for wrong in (None, [], {"enabled": "yes"}, {"nobody": 1}, {"port": "1"}, {"numbers": {"a": "1"}}, {"group": 7},
-                  {"numbers": [1]}, {"ttl": 1e400}):
+    for wrong in (
+        None,
+        [],
+        {"enabled": "yes"},
+        {"nobody": 1},
+        {"port": "1"},
+        {"numbers": {"a": "1"}},
+        {"group": 7},
+        {"numbers": [1]},
+        {"ttl": 1e400},
+    ):
         with pytest.raises(TouchlineError):
             PublishingConfig.from_json(wrong)
 
@@ -307,8 +390,12 @@ def test_whoever_listens_shares_the_port():
 
     told = free_group()
     address = MulticastAddress(**told)
-    with (closing(MulticastReceiver(address)), Listener(**told) as second, closing(MulticastReceiver(address)),
-          closing(MulticastSender(address)) as group):
+    with (
+        closing(MulticastReceiver(address)),
+        Listener(**told) as second,
+        closing(MulticastReceiver(address)),
+        closing(MulticastSender(address)) as group,
+    ):
         group.send(b"\x18\x01")
         assert second.receive() is not None
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as selfish:

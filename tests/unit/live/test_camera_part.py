@@ -21,7 +21,9 @@ PARTS = "tests.support.camera_parts"
 async def when_live(*parts: str, feeds=()):
     """The camera, live; whoever awaits it stops it. feeds: by their part's place, made without services."""
     made = {number: partial(feed, None) for number, feed in dict(feeds).items()}
-    camera = LiveCamera("north", {**spec(SIM), "parts": [f"{PARTS}:{part}" for part in parts]}, feeds=made)
+    camera = LiveCamera(
+        "north", {**spec(SIM), "parts": [f"{PARTS}:{part}" for part in parts]}, feeds=made
+    )
     camera.start()
     async with asyncio.timeout(LONG_S):
         while camera.status()["state"] != "live":
@@ -41,6 +43,7 @@ def test_a_part_answers_requests_and_reports():
             assert camera.status()["words"] == []
         finally:
             await camera.stop()
+
     asyncio.run(story())
 
 
@@ -56,6 +59,7 @@ def test_the_picture_goes_on_whatever_a_part_does(broken):
                     await asyncio.sleep(0.05)
         finally:
             await camera.stop()
+
     asyncio.run(story())
 
 
@@ -71,12 +75,15 @@ def test_a_part_follows_its_feed_and_whoever_listens_there_gets_what_it_sends():
                         await asyncio.sleep(0.05)
         finally:
             await camera.stop()
+
     asyncio.run(story())
 
 
 def test_the_picture_goes_on_whatever_a_feed_does(caplog):
     async def story():
-        camera = await when_live("EchoingPart", "CountingPart", feeds={0: FailingFeed, 1: NeverMade})
+        camera = await when_live(
+            "EchoingPart", "CountingPart", feeds={0: FailingFeed, 1: NeverMade}
+        )
         try:
             camera.refresh()
             with camera.feeds["failing"].listening():  # which asks for its settings
@@ -84,14 +91,22 @@ def test_the_picture_goes_on_whatever_a_feed_does(caplog):
             assert (await camera.request("newest", 20.0, after=head["seq"]))[0]["seq"] > head["seq"]
         finally:
             await camera.stop()
+
     asyncio.run(story())
     assert {record.getMessage() for record in caplog.records} >= {
-        "camera north: the feed 'failing' failed", "camera north: the feed 'feed of part 1' failed"}
+        "camera north: the feed 'failing' failed",
+        "camera north: the feed 'feed of part 1' failed",
+    }
 
 
 def test_every_part_of_the_table_is_one_and_every_feed_is_one_of_a_part():
     assert all(issubclass(load(target), CameraPart) for target in camera_parts())
     assert len(camera_parts()) == sum(len(one.camera_parts) for one in CAPABILITIES.values()) > 3
     assert all(issubclass(feed, CameraFeed) for feed in camera_feeds().values())
-    assert sorted(camera_feeds()) == sorted(camera_parts().index(part) for one in CAPABILITIES.values()
-                                            for part in one.camera_feeds) != []
+    assert (
+        sorted(camera_feeds())
+        == sorted(
+            camera_parts().index(part) for one in CAPABILITIES.values() for part in one.camera_feeds
+        )
+        != []
+    )

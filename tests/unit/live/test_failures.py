@@ -35,6 +35,7 @@ def fails_once(real, error):
         if len(calls) == 1:
             raise error
         return real(*given, **more)
+
     return one
 
 
@@ -47,6 +48,7 @@ def one_failure(monkeypatch):
         def run():
             with suppress(SystemExit):
                 part.run()
+
         threads.append(threading.Thread(target=run, daemon=True))
         threads[-1].start()
         return part
@@ -67,7 +69,9 @@ def test_a_picture_that_cannot_be_drawn_is_followed_by_the_next_one(monkeypatch,
     monkeypatch.setattr(picture, "render", fails_once(picture.render, error))
     sent = []
     with one_failure(monkeypatch) as (capture, failures, running):
-        drawing = running(Encoder(capture, lambda kind, number, body: sent.append(number), failures))
+        drawing = running(
+            Encoder(capture, lambda kind, number, body: sent.append(number), failures)
+        )
         drawing.watch({1: (StreamSpec("raw"), 0.0)})
         until(lambda: len(sent) > 2)
         drawing.watch({2: (StreamSpec("raw"), 0.01)})
@@ -77,10 +81,13 @@ def test_a_picture_that_cannot_be_drawn_is_followed_by_the_next_one(monkeypatch,
 
 @pytest.mark.parametrize("error", [cv2.error("odd"), MemoryError()], ids=["OpenCV", "memory"])
 def test_a_picture_that_cannot_be_judged_is_followed_by_the_next_one(monkeypatch, error):
-    monkeypatch.setattr(worker_main.light, "measure_light",
-                        fails_once(worker_main.light.measure_light, error))
+    monkeypatch.setattr(
+        worker_main.light, "measure_light", fails_once(worker_main.light.measure_light, error)
+    )
     with one_failure(monkeypatch) as (capture, failures, running):
-        judging = running(QualityMonitor(capture, Encoder(capture, lambda *_: None, failures), failures))
+        judging = running(
+            QualityMonitor(capture, Encoder(capture, lambda *_: None, failures), failures)
+        )
         until(lambda: judging.newest is not None)
 
 
@@ -101,12 +108,16 @@ class Ending(dict):
 
 
 def test_a_stage_that_cannot_be_drawn_is_followed_by_the_next_one(monkeypatch):
-    monkeypatch.setattr(detection, "scaled_down", fails_once(detection.scaled_down, cv2.error("odd")))
+    monkeypatch.setattr(
+        detection, "scaled_down", fails_once(detection.scaled_down, cv2.error("odd"))
+    )
     sent = []
     with one_failure(monkeypatch) as (capture, failures, running):
         drawing = running(StageRenderer(lambda number, body: sent.append(number), failures))
         taken = capture.next(0, LONG_S)
-        seen = FrameResult(Detections((), taken.frame.size), pictures={"colours": taken.frame.pixels})
+        seen = FrameResult(
+            Detections((), taken.frame.size), pictures={"colours": taken.frame.pixels}
+        )
         for _ in range(2):
             until(lambda: drawing._work is None)
             drawing.offer(taken, seen, {7: StreamSpec("stage-colours")}, None)
@@ -118,7 +129,9 @@ def test_a_look_for_drift_that_fails_is_followed_by_another(monkeypatch):
     monkeypatch.setattr(drift, "DriftWatch", fails_once(drift.DriftWatch, MemoryError()))
     monkeypatch.setattr(drift, "RETRY_S", 0.1)
     with one_failure(monkeypatch) as (capture, failures, running):
-        context = PartContext(capture, lambda _: None, lambda _number, _body: None, failures, ImageLimits())
+        context = PartContext(
+            capture, lambda _: None, lambda _number, _body: None, failures, ImageLimits()
+        )
         watching = running(DriftPart(context))
         watching.apply(AppliedCalibration.of(calibrated(SIM, "brown-conrady")), None)
         until(lambda: watching.newest is not None)
@@ -127,7 +140,9 @@ def test_a_look_for_drift_that_fails_is_followed_by_another(monkeypatch):
 def test_a_failure_that_is_over_is_said_no_more_and_none_is_none():
     failures = Failures()
     assert failure_words(failures.to_json()) == failure_words(None) == []
-    assert failure_words({"count": 3, "newest": {"what": "x", "error": "y", "is_recent": False}}) == []
+    assert (
+        failure_words({"count": 3, "newest": {"what": "x", "error": "y", "is_recent": False}}) == []
+    )
 
 
 def test_the_log_tells_of_failures_at_once_and_then_ever_more_seldom(caplog):

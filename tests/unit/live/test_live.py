@@ -57,14 +57,28 @@ def test_a_viewer_gets_the_newest_pictures_with_what_they_are():
                 seen = [decode_body(await viewer.next(30)) for _ in range(4)]
             await until_async(lambda: camera.status()["state"] == "live")
             return seen, camera.status()
+
     seen, status = run(story())
     heads = [head for head, _ in seen]
     assert all(a["seq"] < b["seq"] and a["time"] <= b["time"] for a, b in pairwise(heads))
     assert abs(heads[-1]["time"] - time.time()) < 60
     for head, jpeg in seen:
-        assert (head["width"], head["height"], head["raw_width"], head["raw_height"]) == (160, 128, 320, 256)
-        assert pixels_of(jpeg).shape == (128, 160, 3) and head["view"] == "raw" and head["calibration"] is None
-    assert status["state"] == "live" and status["problem"] is None and (status["width"], status["height"]) == (320, 256)
+        assert (head["width"], head["height"], head["raw_width"], head["raw_height"]) == (
+            160,
+            128,
+            320,
+            256,
+        )
+        assert (
+            pixels_of(jpeg).shape == (128, 160, 3)
+            and head["view"] == "raw"
+            and head["calibration"] is None
+        )
+    assert (
+        status["state"] == "live"
+        and status["problem"] is None
+        and (status["width"], status["height"]) == (320, 256)
+    )
 
 
 def test_who_comes_to_a_camera_that_was_just_removed_is_told_so():
@@ -75,6 +89,7 @@ def test_who_comes_to_a_camera_that_was_just_removed_is_told_so():
             with pytest.raises(Unavailable) as told:
                 await viewer.next(5)
             assert told.value.reason == "camera-gone"
+
     run(story())
 
 
@@ -87,6 +102,7 @@ def test_who_is_slow_misses_pictures_and_gets_the_newest():
                     newest = decode_body(await quick.next(10))[0]["seq"]
                 late = decode_body(await slow.next(10))[0]["seq"]
                 return first, late, newest, slow.missed
+
     first, late, newest, missed = run(story())
     assert late >= newest > first + 8 and missed >= 8
 
@@ -94,10 +110,14 @@ def test_who_is_slow_misses_pictures_and_gets_the_newest():
 def test_alike_viewers_share_one_encoding_and_nothing_is_encoded_for_nobody():
     async def story():
         async with live(SIM) as camera:
-            await until_async(lambda: camera.status()["state"] == "live" and camera.status()["seq"] > 3)
+            await until_async(
+                lambda: camera.status()["state"] == "live" and camera.status()["seq"] > 3
+            )
             assert camera.status()["encoded"] == 0
-            with (camera.watching(StreamSpec.requested("raw", 150)) as one,
-                  camera.watching(StreamSpec.requested("raw", 155)) as two):
+            with (
+                camera.watching(StreamSpec.requested("raw", 150)) as one,
+                camera.watching(StreamSpec.requested("raw", 155)) as two,
+            ):
                 for _ in range(5):
                     a, b = await asyncio.gather(one.next(10), two.next(10))
                 await until_async(lambda: camera.status()["encoded"] >= 5)
@@ -107,6 +127,7 @@ def test_alike_viewers_share_one_encoding_and_nothing_is_encoded_for_nobody():
             after = camera.status()["encoded"]
             await pictures_later(camera, 10)
             return after, camera.status()["encoded"]
+
     after, later = run(story())
     assert later == after
 
@@ -119,11 +140,14 @@ def test_a_viewer_may_ask_for_fewer_pictures_a_second():
                 for _ in range(6):
                     last = decode_body(await viewer.next(10))[0]
                 return last["time"] - first["time"], camera.status()
+
     took, _ = run(story())
     assert took > 0.8  # six intervals of 0.2 s; at 25 a second they would take 0.24
 
 
-@pytest.mark.parametrize("deed", [signal.SIGSTOP, long(signal.SIGKILL), long(signal.SIGSEGV)], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    "deed", [signal.SIGSTOP, long(signal.SIGKILL), long(signal.SIGSEGV)], ids=lambda s: s.name
+)
 def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
     async def story():
         async with live(SIM) as camera, live(SIM) as neighbour:
@@ -135,11 +159,22 @@ def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
                 os.kill(pid, deed)
                 await until_async(lambda: camera.status()["state"] != "live", seconds=60)
                 noticed = time.monotonic() - begin
-                while pid_of(camera) in (pid, None) or decode_body(await viewer.next(30))[0]["seq"] > 50:
+                while (
+                    pid_of(camera) in (pid, None)
+                    or decode_body(await viewer.next(30))[0]["seq"] > 50
+                ):
                     await asyncio.sleep(0.01)
                 await until_async(lambda: camera.status()["state"] == "live")
                 await other.next(10)
-                return noticed, pid, pid_of(camera), gone(pid), camera.status()["reconnects"], other.taken - seen_before
+                return (
+                    noticed,
+                    pid,
+                    pid_of(camera),
+                    gone(pid),
+                    camera.status()["reconnects"],
+                    other.taken - seen_before,
+                )
+
     noticed, before, after, was_reaped, reconnects, others = run(story())
     assert noticed < 30  # 1.5 s on a quiet machine; the figure stands in the benchmark
     assert after != before and was_reaped and reconnects == 1 and others >= 1
@@ -153,6 +188,7 @@ def test_a_held_up_server_does_not_blame_its_cameras():
             time.sleep(STALL_S + KILL_AFTER_S + 0.5)  # the event loop itself stands still
             await pictures_later(camera, 5)
             return pid, pid_of(camera), camera.status()
+
     before, after, status = run(story())
     assert before == after and status["state"] == "live" and status["reconnects"] == 0
 
@@ -165,10 +201,18 @@ def test_a_source_that_is_not_there_says_why_and_is_live_when_it_comes(tmp_path)
             with pytest.raises(NotFound):
                 await camera.first_still(20)
             (tmp_path / "field.png").write_bytes(encoded("png"))
-            await until_async(lambda: camera.status()["state"] == "live" and camera.status()["fps"] > 0, seconds=20)
+            await until_async(
+                lambda: camera.status()["state"] == "live" and camera.status()["fps"] > 0,
+                seconds=20,
+            )
             return before, camera.status()
+
     before, after = run(story())
-    assert before["problem"]["reason"] == "unknown-picture" and before["problem"]["fix"] and before["width"] is None
+    assert (
+        before["problem"]["reason"] == "unknown-picture"
+        and before["problem"]["fix"]
+        and before["width"] is None
+    )
     assert after["problem"] is None and after["reconnects"] == 0
 
 
@@ -183,14 +227,20 @@ def test_a_film_that_is_not_to_be_shown_again_ends(tmp_path):
             ended = await until_async(lambda: (s := camera.status())["state"] == "offline" and s)
             await asyncio.sleep(2.5 * RETRY_S)  # it would be opened anew after one
             return ended, camera.status()
+
     ended, after = run(story())
-    assert ended["problem"]["reason"] == "source-ended" and after["reopened"] == 1 and after["state"] == "offline"
+    assert (
+        ended["problem"]["reason"] == "source-ended"
+        and after["reopened"] == 1
+        and after["state"] == "offline"
+    )
 
 
 def test_an_address_that_is_none_is_refused_in_its_own_words():
     async def story(url):
         async with live(url) as camera:
             await camera.first_still(20)
+
     with pytest.raises(BadInput) as refused:
         run(story("sim://table?wings=2"))
     assert refused.value.reason == "unknown-option"
@@ -205,7 +255,9 @@ def shown_once(folder: Path) -> np.ndarray:
     return pixels
 
 
-def test_the_corrected_view_is_the_correction_of_that_very_frame_at_the_size_that_is_watched(tmp_path):
+def test_the_corrected_view_is_the_correction_of_that_very_frame_at_the_size_that_is_watched(
+    tmp_path,
+):
     frame, calibration = shown_once(tmp_path), calibrated(SIM)
 
     async def story():
@@ -213,6 +265,7 @@ def test_the_corrected_view_is_the_correction_of_that_very_frame_at_the_size_tha
             camera.show(calibration, None)
             with camera.watching(StreamSpec.requested("corrected", 320, 95)) as viewer:
                 return decode_body(await viewer.next(30))
+
     head, jpeg = run(story())
     wanted = correction_map(SHOWN(calibration).model, SHOWN(calibration).view(320)).apply(frame)
     assert (head["view"], head["calibration"], head["width"]) == ("corrected", "made", 320)
@@ -229,10 +282,16 @@ def test_the_lines_of_the_field_lie_on_the_picture_in_both_views(tmp_path):
             await until_async(lambda: camera.status()["calibration_applied"])
             found = {}
             for view in ("raw", "corrected"):
-                with camera.watching(StreamSpec.requested(view, 160 if view == "raw" else 320)) as viewer:
+                with camera.watching(
+                    StreamSpec.requested(view, 160 if view == "raw" else 320)
+                ) as viewer:
                     head = decode_body(await viewer.next(30))[0]
-                    found[view] = head, {line["feature"]: line["points"] for line in head["overlays"]["field"]}
+                    found[view] = (
+                        head,
+                        {line["feature"]: line["points"] for line in head["overlays"]["field"]},
+                    )
             return found
+
     found = run(story())
     head, lines = found["raw"]
     half = head["width"] / head["raw_width"]
@@ -257,12 +316,13 @@ def test_raw_and_corrected_stand_side_by_side(tmp_path):
             camera.show(calibration, None)
             with camera.watching(StreamSpec.requested("side", 640, 95)) as viewer:
                 return decode_body(await viewer.next(30))
+
     head, jpeg = run(story())
     pixels = pixels_of(jpeg)
     assert pixels.shape[1] == head["width"] == 640
     small = cv2.resize(frame, (318, 254), interpolation=cv2.INTER_AREA)
     top = (pixels.shape[0] - 254) // 2
-    assert np.abs(pixels[top:top + 254, :318].astype(int) - small).mean() < 4
+    assert np.abs(pixels[top : top + 254, :318].astype(int) - small).mean() < 4
     raw, corrected = head["halves"]["raw"], head["halves"]["corrected"]
     assert raw == {"x": 0, "y": top, "width": 318, "height": 254}
     assert (corrected["x"], corrected["width"]) == (322, 318) and head["halves"]["margin_px"] > 0
@@ -278,22 +338,30 @@ def test_a_corrected_view_needs_a_calibration_and_says_so():
                 camera.require_view("corrected")
             camera.require_view("raw")
             return refused.value
+
     assert run(story()).reason == "not-calibrated"
 
 
-@pytest.mark.parametrize(("changes", "confirmed", "reason"), [
-    ({}, Identity("sim://table", serial="another"), "other-camera"),
-    long({"image_size": ImageSize(640, 512)}, None, "other-size"),
-])
+@pytest.mark.parametrize(
+    ("changes", "confirmed", "reason"),
+    [
+        ({}, Identity("sim://table", serial="another"), "other-camera"),
+        long({"image_size": ImageSize(640, 512)}, None, "other-size"),
+    ],
+)
 def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confirmed, reason):
     calibration = replace(calibrated(SIM), **changes)
 
     async def story():
         async with live(SIM) as camera:
             camera.show(calibration, confirmed)
-            with (camera.watching(StreamSpec.requested("corrected", 320)) as viewer,
-                  camera.watching(StreamSpec()) as raw):
-                status = await until_async(lambda: (s := camera.status())["state"] == "mismatch" and s)
+            with (
+                camera.watching(StreamSpec.requested("corrected", 320)) as viewer,
+                camera.watching(StreamSpec()) as raw,
+            ):
+                status = await until_async(
+                    lambda: (s := camera.status())["state"] == "mismatch" and s
+                )
                 with pytest.raises(Conflict) as refused:
                     camera.require_view("corrected")
                 with pytest.raises(TimeoutError):
@@ -303,9 +371,12 @@ def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confi
                 camera.show(calibrated(SIM), camera.identity)
                 applied = decode_body(await viewer.next(10))[0]
                 return status, refused.value.reason, head, applied, camera.status()
+
     status, refused, head, applied, after = run(story())
     assert status["problem"]["reason"] == refused == reason and status["problem"]["fix"]
-    assert not status["calibration_applied"] and head["calibration"] is None and "overlays" not in head
+    assert (
+        not status["calibration_applied"] and head["calibration"] is None and "overlays" not in head
+    )
     assert applied["calibration"] == "made" and after["state"] == "live"
 
 
@@ -313,11 +384,16 @@ def test_the_camera_that_is_seen_first_is_trusted_where_nobody_knows_which_it_wa
     trusted = []
 
     async def story():
-        camera = LiveCamera("test", spec(SIM), lambda calibration, identity: trusted.append((calibration.id, identity)))
+        camera = LiveCamera(
+            "test",
+            spec(SIM),
+            lambda calibration, identity: trusted.append((calibration.id, identity)),
+        )
         camera.show(calibrated(SIM), None)
         camera.start()
         await until_async(lambda: camera.status()["calibration_applied"])
         await camera.stop()
+
     run(story())
     assert [(id, identity.address[:11]) for id, identity in trusted] == [("made", "sim://table")]
 
@@ -329,8 +405,13 @@ def test_a_still_is_a_frame_exact_to_the_bit(tmp_path):
         async with live(STILL, pictures=tmp_path) as camera:
             await until_async(lambda: camera.status()["state"] == "live")
             return await camera.still()
+
     head, png = run(story())
-    assert np.array_equal(pixels_of(png), frame) and (head["width"], head["height"], head["frames"]) == (320, 256, 1)
+    assert np.array_equal(pixels_of(png), frame) and (
+        head["width"],
+        head["height"],
+        head["frames"],
+    ) == (320, 256, 1)
 
 
 def test_too_many_different_sizes_are_refused_and_the_others_go_on():
@@ -339,12 +420,16 @@ def test_too_many_different_sizes_are_refused_and_the_others_go_on():
             watching = [camera.watching(StreamSpec.requested("raw", 160 * i)) for i in range(1, 17)]
             viewers = [one.__enter__() for one in watching]
             await viewers[0].next(30)
-            with pytest.raises(Unavailable) as refused, camera.watching(StreamSpec.requested("raw", 3840)):
+            with (
+                pytest.raises(Unavailable) as refused,
+                camera.watching(StreamSpec.requested("raw", 3840)),
+            ):
                 pass
             await viewers[0].next(10)
             for one in watching:
                 one.__exit__(None, None, None)
             return refused.value.reason, camera.status()["viewers"]
+
     assert run(story()) == ("too-many-channels", 0)
 
 
@@ -366,17 +451,21 @@ def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behin
             await cycle(pids)
         await asyncio.sleep(0.1)
         return before, held(), pids
+
     before, after, pids = run(story())
     assert after[0] <= before[0] and after[1] <= before[1] + 2 and all(gone(pid) for pid in pids)
 
 
 def test_a_process_whose_server_was_killed_ends_by_itself():
-    code = ("import asyncio, sys\nfrom tests.support.live_cameras import SIM, live, pid_of\n"
-            "from tests.support.waiting import until_async\n"
-            "async def story():\n async with live(SIM) as camera:\n  await until_async(lambda: pid_of(camera))\n"
-            "  print(pid_of(camera), flush=True)\n  await asyncio.sleep(60)\nasyncio.run(story())")
-    server = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
-                              cwd=ROOT)
+    code = (
+        "import asyncio, sys\nfrom tests.support.live_cameras import SIM, live, pid_of\n"
+        "from tests.support.waiting import until_async\n"
+        "async def story():\n async with live(SIM) as camera:\n  await until_async(lambda: pid_of(camera))\n"
+        "  print(pid_of(camera), flush=True)\n  await asyncio.sleep(60)\nasyncio.run(story())"
+    )
+    server = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, cwd=ROOT
+    )
     pid = int(server.stdout.readline())
     server.kill()
     server.wait()
@@ -415,5 +504,7 @@ def test_wishes_that_differ_little_are_one_channel():
 
 def test_a_cameras_process_has_nothing_of_the_servers_half():
     story = "import sys, touchline.live.worker_main; print([it for it in ('asyncio', 'ssl') if it in sys.modules])"
-    told = subprocess.run([sys.executable, "-c", story], capture_output=True, text=True, check=True).stdout
+    told = subprocess.run(
+        [sys.executable, "-c", story], capture_output=True, text=True, check=True
+    ).stdout
     assert told == "[]\n"

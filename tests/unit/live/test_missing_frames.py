@@ -36,8 +36,12 @@ def capture():
 def test_the_last_frame_of_a_stopped_stream_is_learnt_from_once(capture, monkeypatch):
     monkeypatch.setattr(drift, "WAIT_S", 0.01)
     monkeypatch.setattr(drift, "LEARN_S", 0.01)
-    monkeypatch.setattr(drift, "_reference", lambda pictures, _: [int(pixels[0, 0, 0]) for pixels in pictures])
-    monitor = DriftPart(PartContext(capture, lambda _: None, lambda _number, _body: None, Failures(), ImageLimits()))
+    monkeypatch.setattr(
+        drift, "_reference", lambda pictures, _: [int(pixels[0, 0, 0]) for pixels in pictures]
+    )
+    monitor = DriftPart(
+        PartContext(capture, lambda _: None, lambda _number, _body: None, Failures(), ImageLimits())
+    )
     with ThreadPoolExecutor() as pool:
         learnt = pool.submit(monitor._learn, None)
         for number in count(1):
@@ -70,10 +74,21 @@ def test_objects_are_detected_with_the_same_colours_after_a_damaged_frame(captur
             raise ConnectionResetError
         heard.put(decode_body(body)[0])
 
-    detector = LiveDetector(PartContext(capture, send, lambda _number, _body: None, Failures(), ImageLimits()))
+    detector = LiveDetector(
+        PartContext(capture, send, lambda _number, _body: None, Failures(), ImageLimits())
+    )
     detector._renderer.run = lambda: None  # its thread would outlive the test
-    detector.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": None, "publish": False,
-                     "camera_number": 0, "extent_mm": 9000.0})
+    detector.follow(
+        {
+            "on": True,
+            "run": True,
+            "plan": named_plan("ssl").to_json(),
+            "profile": None,
+            "publish": False,
+            "camera_number": 0,
+            "extent_mm": 9000.0,
+        }
+    )
     with ThreadPoolExecutor() as pool:
         working = pool.submit(detector.run)
         seen = []
@@ -84,7 +99,11 @@ def test_objects_are_detected_with_the_same_colours_after_a_damaged_frame(captur
         is_gone.set()
         capture._keep(read_in_process(whole))
         working.result(LONG_S)
-    assert [(number, is_whole) for number, is_whole, _ in seen] == [(1, True), (2, False), (3, True)]
+    assert [(number, is_whole) for number, is_whole, _ in seen] == [
+        (1, True),
+        (2, False),
+        (3, True),
+    ]
     assert all(learned is detector.learned is not None for _, _, learned in seen)  # learned once
 
 

@@ -23,6 +23,7 @@ def watched(camera: MjpegCamera, spec: StreamSpec, count: int = 5) -> list[tuple
             with seen.watching(spec) as viewer:
                 bodies = [decode_body(await viewer.next(LONG_S)) for _ in range(count)]
             return [(head, bytes(jpeg)) for head, jpeg in bodies]
+
     return asyncio.run(story())
 
 
@@ -37,7 +38,11 @@ def camera():
 def test_a_viewer_gets_the_cameras_own_bytes(camera, width):
     sent = {coded(n) for n in range(20)}
     for head, jpeg in watched(camera, StreamSpec.requested("raw", width)):
-        assert jpeg in sent and (head["width"], head["height"], head["calibration"]) == (320, 240, None)
+        assert jpeg in sent and (head["width"], head["height"], head["calibration"]) == (
+            320,
+            240,
+            None,
+        )
 
 
 @pytest.mark.parametrize(("width", "quality"), [(160, 80), (0, 10)])
@@ -54,12 +59,23 @@ def test_only_what_serves_as_it_is_is_passed_on():
     fine = read_in_process(encoded("jpg", gradient(640, 480)))
     grain = rng.integers(0, 255, (480, 640, 3), np.uint8)
     grainy = read_in_process(encoded("jpg", grain, cv2.IMWRITE_JPEG_QUALITY, 95))
-    assert passed_on(fine, StreamSpec("raw", 640, 80)) == fine.jpeg == passed_on(fine, StreamSpec("raw", 0, 80))
-    for spec in (StreamSpec("raw", 480, 80), StreamSpec("corrected", 0, 80), StreamSpec("side", 0, 80)):
+    assert (
+        passed_on(fine, StreamSpec("raw", 640, 80))
+        == fine.jpeg
+        == passed_on(fine, StreamSpec("raw", 0, 80))
+    )
+    for spec in (
+        StreamSpec("raw", 480, 80),
+        StreamSpec("corrected", 0, 80),
+        StreamSpec("side", 0, 80),
+    ):
         assert passed_on(fine, spec) == b""
     # three times as large as one of that quality
     assert passed_on(grainy, StreamSpec("raw", 0, 80)) == b""
     assert passed_on(grainy, StreamSpec("raw", 0, 95)) == grainy.jpeg
-    assert passed_on(read_in_process(encoded("png", gradient(640, 480))), StreamSpec("raw", 0, 80)) == b""
+    assert (
+        passed_on(read_in_process(encoded("png", gradient(640, 480))), StreamSpec("raw", 0, 80))
+        == b""
+    )
     turned = turned_jpeg("Exif behind comments", encoded("jpg", gradient(1920, 1080)))
     assert passed_on(read_in_process(turned), StreamSpec("raw", 0, 80)) == b""

@@ -71,7 +71,10 @@ def test_who_watches_a_few_a_second_has_no_more_made(capture):
     assert [one.seq - taken[0].seq for one in taken] == list(range(5))
     # begun 4 apart, and each was done a little later
     assert taken[-1].moment - taken[0].moment > 3 * CARD_S
-    assert until(lambda: capture.status()["interval_s"], lambda interval_s: interval_s < REST_S) >= CARD_S
+    assert (
+        until(lambda: capture.status()["interval_s"], lambda interval_s: interval_s < REST_S)
+        >= CARD_S
+    )
 
 
 def test_who_begins_to_watch_a_few_a_second_gets_a_new_one_at_once(capture, monkeypatch):
@@ -101,6 +104,7 @@ def test_less_than_one_a_second_is_no_less_than_at_rest(capture):
 def test_what_it_shows_goes_on_while_none_is_made(capture):
     def shown_s() -> float:
         return capture._between_frames(lambda source: source.time_s, LONG_S)
+
     rest(capture)
     before = shown_s()
     rest(capture)
@@ -114,10 +118,18 @@ def test_the_most_demanding_of_those_who_watch_sets_the_pace(capture):
     worker = CameraWorker(SimpleNamespace(send=lambda *_: None), spec(SIM))
     worker._capture = capture
     for intervals_s, least_s in (((0.6, CARD_S), CARD_S), ((CARD_S, 0), 0), ((), REST_S)):
-        worker._watch([{"number": number, "interval_s": interval_s, "spec": {}}
-                       for number, interval_s in enumerate(intervals_s)])
-        until(lambda: capture.status()["interval_s"],
-              lambda interval_s, least_s=least_s: interval_s > 0 and least_s <= interval_s < least_s + 0.3)
+        worker._watch(
+            [
+                {"number": number, "interval_s": interval_s, "spec": {}}
+                for number, interval_s in enumerate(intervals_s)
+            ]
+        )
+        until(
+            lambda: capture.status()["interval_s"],
+            lambda interval_s, least_s=least_s: (
+                interval_s > 0 and least_s <= interval_s < least_s + 0.3
+            ),
+        )
         assert not intervals_s or capture.resting == (least_s > 0)
 
 
@@ -128,6 +140,7 @@ def test_drawing_pictures_has_no_more_made(capture):
         drawn.append(picture)
         if len(drawn) == 3:
             sys.exit()
+
     rest(capture)
     capture.watch(CARD_S)
     encoder = Encoder(capture, send, Failures())

@@ -27,26 +27,47 @@ def test_a_camera_that_is_knocked_while_a_picture_of_many_frames_is_taken_gives_
     assert refused.value.reason == "series-moved" and refused.value.fix
 
 
-@pytest.mark.parametrize("url", [
-    "sim://ssl-div-b?size=640x512&robots=12&people=2&k1=-0.2", "sim://table?size=640x512&robots=8&people=4&glare=0.5",
-    "sim://vsss-3v3?size=640x480&robots=6&people=1&drift=0.5&noise=4"])
+@pytest.mark.parametrize(
+    "url",
+    [
+        "sim://ssl-div-b?size=640x512&robots=12&people=2&k1=-0.2",
+        "sim://table?size=640x512&robots=8&people=4&glare=0.5",
+        "sim://vsss-3v3?size=640x480&robots=6&people=1&drift=0.5&noise=4",
+    ],
+)
 def test_robots_people_and_light_do_not_move_the_camera(url):
     rendering = simulated_source(url, FIELDS).rendering
     first = rendering.frame_at(0, 0.0)
-    assert max(camera_shift_px(first, rendering.frame_at(int(30 * s), s)) for s in (0.3, 1.0, 2.0, 4.0)) < STILL_PX / 2
+    assert (
+        max(
+            camera_shift_px(first, rendering.frame_at(int(30 * s), s)) for s in (0.3, 1.0, 2.0, 4.0)
+        )
+        < STILL_PX / 2
+    )
 
 
 @pytest.mark.parametrize("px", [3, 6, 30])
 def test_a_shift_of_the_whole_picture_is_one_of_the_camera(px):
-    rendering = simulated_source("sim://ssl-div-b?size=640x512&robots=12&people=2", FIELDS).rendering
-    moved = cv2.warpAffine(rendering.frame_at(90, 3.0), np.float64([[1, 0, 0.8 * px], [0, 1, 0.6 * px]]), (640, 512),
-                           borderMode=cv2.BORDER_REFLECT)
+    rendering = simulated_source(
+        "sim://ssl-div-b?size=640x512&robots=12&people=2", FIELDS
+    ).rendering
+    moved = cv2.warpAffine(
+        rendering.frame_at(90, 3.0),
+        np.float64([[1, 0, 0.8 * px], [0, 1, 0.6 * px]]),
+        (640, 512),
+        borderMode=cv2.BORDER_REFLECT,
+    )
     assert camera_shift_px(rendering.frame_at(0, 0.0), moved) == pytest.approx(px, rel=0.3)
 
 
 def test_lamps_that_go_off_and_a_hand_before_the_lens_do_not_move_the_camera():
-    seen = simulated_source("sim://table?size=640x512&robots=3&noise=3", FIELDS).rendering.frame_at(0, 0.0)
+    seen = simulated_source("sim://table?size=640x512&robots=3&noise=3", FIELDS).rendering.frame_at(
+        0, 0.0
+    )
     noise = np.random.default_rng(0).integers(-3, 4, seen.shape)
-    for other in (np.full_like(seen, 90), np.clip(0.04 * seen + noise, 0, 255).astype(np.uint8),
-                  np.clip(90 + noise, 0, 255).astype(np.uint8)):
+    for other in (
+        np.full_like(seen, 90),
+        np.clip(0.04 * seen + noise, 0, 255).astype(np.uint8),
+        np.clip(90 + noise, 0, 255).astype(np.uint8),
+    ):
         assert camera_shift_px(seen, other) == 0.0

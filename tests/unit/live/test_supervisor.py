@@ -30,6 +30,7 @@ def test_a_camera_that_is_stopped_in_the_moment_in_which_its_process_is_ready_st
 
         async def opened(sock, limit):
             return None, type("Writer", (), {"write": lambda *_: None, "close": lambda *_: None})()
+
         monkeypatch.setattr(CameraProcess, "receive", receive)
         monkeypatch.setattr("touchline.processes.start.start", lambda program: (Child(), None))
         monkeypatch.setattr(asyncio, "open_connection", opened)
@@ -39,4 +40,5 @@ def test_a_camera_that_is_stopped_in_the_moment_in_which_its_process_is_ready_st
         ready.set_result(Message(START, 0, encode_body({})))
         async with asyncio.timeout(20):
             await supervisor.stop()
+
     asyncio.run(story())

@@ -10,12 +10,21 @@ from touchline.models.lenses.kannala_brandt import KannalaBrandtLens
 from touchline.models.lenses.projection import smallest_root, stays_positive
 from touchline.models.lenses.ssl import SslLens
 
-CASES = [(BrownConradyLens, (-0.28, 0.09, 0.001, -0.002, 0.003, 0, 0, 0)),
-         (BrownConradyLens, (0.4, 0.05, 0.0005, 0.001, 0.002, 0.7, 0.12, 0.006)),
-         (DivisionLens, (-0.25,)), (DivisionLens, (0.06,)), (DivisionLens, (0.0,)),
-         (SslLens, (0.3,)), (SslLens, (-0.05,)), (SslLens, (0.0,)),
-         (KannalaBrandtLens, (0.0, 0.0, 0.0, 0.0)), (KannalaBrandtLens, (0.08, -0.03, 0.01, -0.002))]
-every_lens = pytest.mark.parametrize("lens, terms", [(lens, np.array(terms)) for lens, terms in CASES])
+CASES = [
+    (BrownConradyLens, (-0.28, 0.09, 0.001, -0.002, 0.003, 0, 0, 0)),
+    (BrownConradyLens, (0.4, 0.05, 0.0005, 0.001, 0.002, 0.7, 0.12, 0.006)),
+    (DivisionLens, (-0.25,)),
+    (DivisionLens, (0.06,)),
+    (DivisionLens, (0.0,)),
+    (SslLens, (0.3,)),
+    (SslLens, (-0.05,)),
+    (SslLens, (0.0,)),
+    (KannalaBrandtLens, (0.0, 0.0, 0.0, 0.0)),
+    (KannalaBrandtLens, (0.08, -0.03, 0.01, -0.002)),
+]
+every_lens = pytest.mark.parametrize(
+    "lens, terms", [(lens, np.array(terms)) for lens, terms in CASES]
+)
 
 
 def rays(count=40, reach=0.9, seed=0):
@@ -40,47 +49,73 @@ def test_derivatives_are_those_of_a_complex_step(lens, terms):
     for axis in range(3):
         nudged = at.astype(complex)
         nudged[:, axis] += 1e-30j
-        np.testing.assert_allclose(by_ray[..., axis], lens.distort(terms, nudged).imag / 1e-30, atol=1e-12)
+        np.testing.assert_allclose(
+            by_ray[..., axis], lens.distort(terms, nudged).imag / 1e-30, atol=1e-12
+        )
     for index in range(len(terms)):
         nudged = terms.astype(complex)
         nudged[index] += 1e-30j
-        np.testing.assert_allclose(by_terms[..., index], lens.distort(nudged, at).imag / 1e-30, atol=1e-12)
+        np.testing.assert_allclose(
+            by_terms[..., index], lens.distort(nudged, at).imag / 1e-30, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize("terms", [terms for lens, terms in CASES if lens is BrownConradyLens])
 def test_brown_conrady_is_opencvs(terms):
     there = rays()
     seen, _ = cv2.projectPoints(there, np.zeros(3), np.zeros(3), np.eye(3), np.array(terms))
-    np.testing.assert_allclose(BrownConradyLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12)
+    np.testing.assert_allclose(
+        BrownConradyLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("terms", [terms for lens, terms in CASES if lens is KannalaBrandtLens])
 def test_the_fisheye_is_opencvs(terms):
     there = rays()[2:]
-    seen, _ = cv2.fisheye.projectPoints(there.reshape(1, -1, 3), np.zeros(3), np.zeros(3), np.eye(3), np.array(terms))
-    np.testing.assert_allclose(KannalaBrandtLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12)
+    seen, _ = cv2.fisheye.projectPoints(
+        there.reshape(1, -1, 3), np.zeros(3), np.zeros(3), np.eye(3), np.array(terms)
+    )
+    np.testing.assert_allclose(
+        KannalaBrandtLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12
+    )
 
 
 def test_a_fisheye_sees_behind_its_shoulder():
     aside = np.array([[1.0, 0.0, -0.2], [0.0, -1.0, -0.4]])
     terms = np.zeros(4)
     back = KannalaBrandtLens.undistort(terms, KannalaBrandtLens.distort(terms, aside))
-    np.testing.assert_allclose(back / np.linalg.norm(back, axis=1, keepdims=True),
-                               aside / np.linalg.norm(aside, axis=1, keepdims=True), atol=1e-12)
+    np.testing.assert_allclose(
+        back / np.linalg.norm(back, axis=1, keepdims=True),
+        aside / np.linalg.norm(aside, axis=1, keepdims=True),
+        atol=1e-12,
+    )
 
 
-@pytest.mark.parametrize("lens, terms, radius", [
-    (BrownConradyLens, (-0.3, 0, 0, 0, 0, 0, 0, 0), 1.2),  # turns back at r = 1/√0.9 = 1.054
-    (DivisionLens, (0.25,), 1.1),  # turns back at r_u = 1
-    (SslLens, (-0.1,), 1.3)])  # r_d ≤ 1/√0.3, r_u ≤ 1.217
+@pytest.mark.parametrize(
+    "lens, terms, radius",
+    [
+        (BrownConradyLens, (-0.3, 0, 0, 0, 0, 0, 0, 0), 1.2),  # turns back at r = 1/√0.9 = 1.054
+        (DivisionLens, (0.25,), 1.1),  # turns back at r_u = 1
+        (SslLens, (-0.1,), 1.3),
+    ],
+)  # r_d ≤ 1/√0.3, r_u ≤ 1.217
 def test_beyond_the_horizon_is_nan(lens, terms, radius):
-    assert np.isfinite(lens.distort(np.array(terms), np.array([[0.9 * radius * 0.9, 0.0, 1.0]]))).all()
+    assert np.isfinite(
+        lens.distort(np.array(terms), np.array([[0.9 * radius * 0.9, 0.0, 1.0]]))
+    ).all()
     assert np.isnan(lens.distort(np.array(terms), np.array([[radius, 0.0, 1.0]]))).all()
 
 
-@pytest.mark.parametrize("lens, terms, plane", [
-    (BrownConradyLens, (-0.3, 0, 0, 0, 0, 0, 0, 0), 0.8), (DivisionLens, (-0.25,), 2.1), (DivisionLens, (0.25,), 2.1),
-    (SslLens, (-0.1,), 1.9), (KannalaBrandtLens, (-0.3, 0, 0, 0), 1.2)])
+@pytest.mark.parametrize(
+    "lens, terms, plane",
+    [
+        (BrownConradyLens, (-0.3, 0, 0, 0, 0, 0, 0, 0), 0.8),
+        (DivisionLens, (-0.25,), 2.1),
+        (DivisionLens, (0.25,), 2.1),
+        (SslLens, (-0.1,), 1.9),
+        (KannalaBrandtLens, (-0.3, 0, 0, 0), 1.2),
+    ],
+)
 def test_a_pixel_beyond_the_horizon_has_no_ray(lens, terms, plane):
     assert np.isnan(lens.undistort(np.array(terms), np.array([[plane, 0.0]]))).all()
 
@@ -90,8 +125,17 @@ def random_lenses():
     rng = np.random.default_rng(0)
     for number in range(120):
         tangential = rng.normal(0, 0.01, 2) * (number % 3 > 0)
-        yield BrownConradyLens, np.array([*rng.normal([-0.25, 0.08], [0.2, 0.1]), *tangential, rng.normal(-0.01, 0.05),
-                                          *(rng.normal(0, 0.1, 3) * (number % 5 == 0))])
+        yield (
+            BrownConradyLens,
+            np.array(
+                [
+                    *rng.normal([-0.25, 0.08], [0.2, 0.1]),
+                    *tangential,
+                    rng.normal(-0.01, 0.05),
+                    *(rng.normal(0, 0.1, 3) * (number % 5 == 0)),
+                ]
+            ),
+        )
         yield KannalaBrandtLens, rng.normal(0, [0.1, 0.1, 0.05, 0.02])
         yield DivisionLens, rng.normal(0, 0.3, 1)
         yield SslLens, rng.normal(0, 0.5, 1)
@@ -99,7 +143,9 @@ def random_lenses():
 
 def test_a_lens_maps_one_branch_only():
     """Where it maps at all no picture is folded or mirrored, what lies beyond is NaN, and pixels lead back there."""
-    r, turn = np.meshgrid(np.linspace(0, 3.0, 240)[1:], np.linspace(0, 2 * np.pi, 25), indexing="ij")
+    r, turn = np.meshgrid(
+        np.linspace(0, 3.0, 240)[1:], np.linspace(0, 2 * np.pi, 25), indexing="ij"
+    )
     there = np.stack([r * np.cos(turn), r * np.sin(turn), np.ones_like(r)], axis=-1)
     for lens, terms in [*CASES, *random_lenses()]:
         terms = np.array(terms)
@@ -113,9 +159,13 @@ def test_a_lens_maps_one_branch_only():
         known = np.isfinite(back).all(axis=-1)
         # right at the fold Newton's method may not come there
         assert known.mean() > 0.97, (lens, terms)
-        np.testing.assert_allclose(back[known, :2] / back[known, 2:], there[seen][known, :2], rtol=1e-5, atol=1e-9)
+        np.testing.assert_allclose(
+            back[known, :2] / back[known, 2:], there[seen][known, :2], rtol=1e-5, atol=1e-9
+        )
         # a fit may not move on a branch that nothing else sees
-        np.testing.assert_array_equal(np.isfinite(lens.distort_jacobian(terms, there)[0]).all(axis=-1), seen)
+        np.testing.assert_array_equal(
+            np.isfinite(lens.distort_jacobian(terms, there)[0]).all(axis=-1), seen
+        )
 
 
 @pytest.mark.parametrize("term", [np.nan, np.inf, 1e300, -1e300, 5e-324, -1e-320])
@@ -134,9 +184,13 @@ def test_terms_that_no_lens_has_place_nothing_and_break_nothing(lens, term):
         assert not np.isfinite(plane[2:]).all()
 
 
-@pytest.mark.parametrize("lens, terms", [(lens, terms) for lens, terms in CASES if lens is not KannalaBrandtLens])
+@pytest.mark.parametrize(
+    "lens, terms", [(lens, terms) for lens, terms in CASES if lens is not KannalaBrandtLens]
+)
 def test_what_is_behind_the_camera_is_nan(lens, terms):
-    assert np.isnan(lens.distort(np.array(terms), np.array([[0.1, 0.1, -1.0], [0.1, 0.1, 0.0]]))).all()
+    assert np.isnan(
+        lens.distort(np.array(terms), np.array([[0.1, 0.1, -1.0], [0.1, 0.1, 0.0]]))
+    ).all()
 
 
 def test_the_sign_of_the_league_is_not_opencvs():

@@ -24,31 +24,55 @@ from touchline.models import (
 )
 from touchline.models.rotation import vector_from_matrix
 
-EXAMPLES = [pytest.param(model, id=f"{name}-{i}") for name in MODELS
-            for i, model in enumerate(examples(name))]
+EXAMPLES = [
+    pytest.param(model, id=f"{name}-{i}")
+    for name in MODELS
+    for i, model in enumerate(examples(name))
+]
 every_example = pytest.mark.parametrize("model", EXAMPLES)
-every_fitted_model = pytest.mark.parametrize("model_class", [pytest.param(MODELS[n], id=n) for n in FITTERS])
-every_fitted_example = pytest.mark.parametrize("model", [pytest.param(model, id=f"{name}-{i}") for name in FITTERS
-                                                         for i, model in enumerate(examples(name))])
+every_fitted_model = pytest.mark.parametrize(
+    "model_class", [pytest.param(MODELS[n], id=n) for n in FITTERS]
+)
+every_fitted_example = pytest.mark.parametrize(
+    "model",
+    [
+        pytest.param(model, id=f"{name}-{i}")
+        for name in FITTERS
+        for i, model in enumerate(examples(name))
+    ],
+)
 
 
 def own_options(model) -> dict:
     """What makes a fit look for just this example: its own degrees and rectangles."""
     if isinstance(model, RayModel):
-        chosen = {"terms": [n for n, t in zip(model.LENS.TERMS, model.lens_terms, strict=True) if t]}
+        chosen = {
+            "terms": [n for n, t in zip(model.LENS.TERMS, model.lens_terms, strict=True) if t]
+        }
         has_terms = any(o.name == "terms" for o in FITTERS[model.NAME].OPTIONS)
-        return {**(chosen if has_terms else {}), "click_sigma_px": 0.01,
-                "height_mm": {"value": model.position_mm[2], "sigma": 1.0},
-                "n_rectangles_x": model.n_rectangles_x, "n_rectangles_y": model.n_rectangles_y,
-                **{f"{a}_max_rectangle_px": getattr(model, side) / getattr(model, f"n_rectangles_{b}")
-                   for a, side, b in (("w", "width_px", "x"), ("h", "height_px", "y"))}}
+        return {
+            **(chosen if has_terms else {}),
+            "click_sigma_px": 0.01,
+            "height_mm": {"value": model.position_mm[2], "sigma": 1.0},
+            "n_rectangles_x": model.n_rectangles_x,
+            "n_rectangles_y": model.n_rectangles_y,
+            **{
+                f"{a}_max_rectangle_px": getattr(model, side) / getattr(model, f"n_rectangles_{b}")
+                for a, side, b in (("w", "width_px", "x"), ("h", "height_px", "y"))
+            },
+        }
     if model.NAME != "polynomial":
         return {}
-    return {"degree": {side: getattr(model, side).degree for side in ("left", "right", "top", "bottom")},
-            "relation_degree": len(model.down_mm) - 1,
-            "n_rectangles_x": model.n_rectangles_x, "n_rectangles_y": model.n_rectangles_y,
-            "w_max_rectangle_px": model.width_px / model.n_rectangles_x,
-            "h_max_rectangle_px": model.height_px / model.n_rectangles_y}
+    return {
+        "degree": {
+            side: getattr(model, side).degree for side in ("left", "right", "top", "bottom")
+        },
+        "relation_degree": len(model.down_mm) - 1,
+        "n_rectangles_x": model.n_rectangles_x,
+        "n_rectangles_y": model.n_rectangles_y,
+        "w_max_rectangle_px": model.width_px / model.n_rectangles_x,
+        "h_max_rectangle_px": model.height_px / model.n_rectangles_y,
+    }
 
 
 def corrected_grid(model):
@@ -60,7 +84,9 @@ def test_it_follows_the_contract(model):
     assert isinstance(model, CameraModel)
     assert MODELS[model.NAME] is type(model)
     assert model.TITLE and model.HELP
-    assert model.NAME not in FITTERS or all(isinstance(o, Option) and o.help for o in FITTERS[model.NAME].OPTIONS)
+    assert model.NAME not in FITTERS or all(
+        isinstance(o, Option) and o.help for o in FITTERS[model.NAME].OPTIONS
+    )
 
 
 @every_example
@@ -70,7 +96,9 @@ def test_there_and_back_is_the_same_pixel(model):
     assert np.isfinite(raw).all()
     np.testing.assert_allclose(model.corrected_from_raw(raw), corrected, atol=1e-6)
     middle = raw.reshape(-1, 2).mean(axis=0) + np.array([[0.0, 0.0], [1e-3, -1e-3], [0.5, 0.25]])
-    np.testing.assert_allclose(model.raw_from_corrected(model.corrected_from_raw(middle)), middle, atol=1e-6)
+    np.testing.assert_allclose(
+        model.raw_from_corrected(model.corrected_from_raw(middle)), middle, atol=1e-6
+    )
 
 
 @every_example
@@ -78,15 +106,21 @@ def test_there_and_back_is_the_same_place_on_the_carpet(model):
     corrected = corrected_grid(model)
     field = model.field_from_corrected(corrected)
     np.testing.assert_allclose(model.corrected_from_field(field), corrected, atol=1e-6)
-    np.testing.assert_allclose(field_from_raw(model, raw_from_field(model, field)), field, atol=1e-5)
+    np.testing.assert_allclose(
+        field_from_raw(model, raw_from_field(model, field)), field, atol=1e-5
+    )
 
 
 @every_example
 @pytest.mark.parametrize("shape", [(2,), (1, 2), (0, 2), (3, 2), (4, 5, 2)])
 def test_the_shape_of_the_points_is_kept(model, shape):
     points = np.full(shape, 200.0)
-    for mapping in (model.corrected_from_raw, model.raw_from_corrected,
-                    model.field_from_corrected, model.corrected_from_field):
+    for mapping in (
+        model.corrected_from_raw,
+        model.raw_from_corrected,
+        model.field_from_corrected,
+        model.corrected_from_field,
+    ):
         assert mapping(points).shape == shape
 
 
@@ -96,8 +130,12 @@ def test_a_point_out_of_reach_is_nan_not_a_guess(model):
         for mapping in (model.corrected_from_raw, model.raw_from_corrected):
             there = mapping(np.array([far]))
             assert np.isnan(there).all() or np.isfinite(there).all()
-    assert np.isnan(model.corrected_from_raw(np.array([[np.nan, 5.0], [5.0, np.inf], [1e9, 1e9]]))).all()
-    assert np.isnan(model.raw_from_corrected(np.array([[np.nan, 5.0], [5.0, np.inf], [1e9, 1e9]]))).all()
+    assert np.isnan(
+        model.corrected_from_raw(np.array([[np.nan, 5.0], [5.0, np.inf], [1e9, 1e9]]))
+    ).all()
+    assert np.isnan(
+        model.raw_from_corrected(np.array([[np.nan, 5.0], [5.0, np.inf], [1e9, 1e9]]))
+    ).all()
 
 
 @pytest.mark.parametrize("name", [name for name in MODELS if issubclass(MODELS[name], RayModel)])
@@ -117,9 +155,16 @@ def test_parameters_survive_json_exactly(model):
 
 
 @every_example
-@pytest.mark.parametrize("spoil", [lambda p: p.popitem(), lambda p: p.update(extra=1), lambda p: p.clear(),
-                                   lambda p: p.update({next(iter(p)): None}),
-                                   lambda p: p.update({next(iter(p)): float("nan")})])
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda p: p.popitem(),
+        lambda p: p.update(extra=1),
+        lambda p: p.clear(),
+        lambda p: p.update({next(iter(p)): None}),
+        lambda p: p.update({next(iter(p)): float("nan")}),
+    ],
+)
 def test_spoilt_parameters_are_refused(model, spoil):
     parameters = parameters_json(model)
     spoil(parameters)
@@ -131,6 +176,7 @@ def test_spoilt_parameters_are_refused(model, spoil):
 @every_example
 def test_any_single_spoilt_number_is_refused_or_harmless(model):
     """inf, NaN and giants in any place of the parameters are refused."""
+
     def places(value, path=()):
         if isinstance(value, dict):
             return [p for k, v in value.items() for p in places(v, (*path, k))]
@@ -156,15 +202,21 @@ def test_any_single_spoilt_number_is_refused_or_harmless(model):
 def test_a_fit_on_its_own_exact_points_returns_itself(model):
     field = plain_field(model.region)
     observations = (*seen(model, model.region, 11), *marks_seen(model, field))
-    fit = FITTERS[model.NAME].fit(observations, field, model.region, model.image_size, own_options(model))
+    fit = FITTERS[model.NAME].fit(
+        observations, field, model.region, model.image_size, own_options(model)
+    )
     assert all(fine.all() for fine in fit.inliers)
     corrected = corrected_grid(model)
     # What is known of cameras pulls a lens by less than the noise that the options tell, 0.01 px.
     pulled = isinstance(model, RayModel)
-    np.testing.assert_allclose(fit.model.raw_from_corrected(corrected), model.raw_from_corrected(corrected),
-                               atol=2e-3 if pulled else 1e-6)
-    np.testing.assert_allclose(fit.model.field_from_corrected(corrected), model.field_from_corrected(corrected),
-                               atol=1e-5)
+    np.testing.assert_allclose(
+        fit.model.raw_from_corrected(corrected),
+        model.raw_from_corrected(corrected),
+        atol=2e-3 if pulled else 1e-6,
+    )
+    np.testing.assert_allclose(
+        fit.model.field_from_corrected(corrected), model.field_from_corrected(corrected), atol=1e-5
+    )
 
 
 @every_fitted_example
@@ -174,11 +226,16 @@ def test_a_scaled_image_gives_the_scaled_model(model):
     observations = (*seen(model, model.region, 11), *marks_seen(model, field))
     larger = tuple(replace(o, points=scale * (o.points + 0.5) - 0.5) for o in observations)
     size = ImageSize(*(round(scale * n) for n in model.image_size))
-    small = FITTERS[model.NAME].fit(observations, field, model.region, model.image_size, options).model
+    small = (
+        FITTERS[model.NAME].fit(observations, field, model.region, model.image_size, options).model
+    )
     large = FITTERS[model.NAME].fit(larger, field, model.region, size, options).model
     raw = small.raw_from_corrected(corrected_grid(small))
-    np.testing.assert_allclose(field_from_raw(large, scale * (raw + 0.5) - 0.5), field_from_raw(small, raw),
-                               atol=0.02 if isinstance(model, RayModel) else 1e-5)
+    np.testing.assert_allclose(
+        field_from_raw(large, scale * (raw + 0.5) - 0.5),
+        field_from_raw(small, raw),
+        atol=0.02 if isinstance(model, RayModel) else 1e-5,
+    )
 
 
 @every_fitted_model
@@ -199,9 +256,20 @@ def test_an_unknown_model_lists_the_known_ones():
     assert refusal.value.reason == "unknown-camera-model"
 
 
-@pytest.mark.parametrize("name, value", [("degree", 0), ("degree", 9), ("degree", 2.5), ("degree", "cubic"),
-                                         ("degree", True), ("degree", float("nan")), ("robust", 1),
-                                         ("w_max_rectangle_px", float("inf")), ("n_rectangles_x", -1)])
+@pytest.mark.parametrize(
+    "name, value",
+    [
+        ("degree", 0),
+        ("degree", 9),
+        ("degree", 2.5),
+        ("degree", "cubic"),
+        ("degree", True),
+        ("degree", float("nan")),
+        ("robust", 1),
+        ("w_max_rectangle_px", float("inf")),
+        ("n_rectangles_x", -1),
+    ],
+)
 def test_an_option_out_of_range_is_refused_with_what_is_allowed(name, value):
     with pytest.raises(BadInput, match=name) as refusal:
         read_options(FITTERS["polynomial"].OPTIONS, {name: value})

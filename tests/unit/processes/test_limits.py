@@ -28,7 +28,9 @@ print(full - kept, kept - held_mb())
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the GNU C library's way")
 def test_what_was_freed_goes_back_to_the_system():
-    told = subprocess.run([sys.executable, "-c", STORY], capture_output=True, text=True, check=True).stdout.split()
+    told = subprocess.run(
+        [sys.executable, "-c", STORY], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert float(told[0]) < 5 and float(told[1]) > 40  # MB
 
 

@@ -23,14 +23,24 @@ def models():
         record = task.record(task.run(cross_validate=False))
         parameters = dict(record.model_parameters)
         x, y, z = parameters["position_mm"]
-        made.append(model_from_json(record.model_name, {**parameters, "position_mm": [x + number * KNOCK_MM, y, z]}))
+        made.append(
+            model_from_json(
+                record.model_name, {**parameters, "position_mm": [x + number * KNOCK_MM, y, z]}
+            )
+        )
     return made
 
 
 @rounds("frame", 7, 21)
-def test_a_knock_is_told_by_the_lines_of_two_pictures_and_not_exaggerated_between_them(models, frame):
-    pictures = [source_from_url(ADDRESS.format(number), SourceContext(FIELDS)).rendering.frame(frame + number)
-                for number in range(2)]
+def test_a_knock_is_told_by_the_lines_of_two_pictures_and_not_exaggerated_between_them(
+    models, frame
+):
+    pictures = [
+        source_from_url(ADDRESS.format(number), SourceContext(FIELDS)).rendering.frame(
+            frame + number
+        )
+        for number in range(2)
+    ]
     sizes = [tuple(pixels.shape[1::-1]) for pixels in pictures]
     evidence = from_pictures(models[0], pictures[0], models[1], pictures[1], FIELD)
     told = agreement(models[0], sizes[0], models[1], sizes[1], FIELD, evidence)["carpet"]

@@ -6,7 +6,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.support.pairs import KUSVOD2, PAIRS, eight_point, epipolar_error_px, ideal, labelled_matches, simulated
+from tests.support.pairs import (
+    KUSVOD2,
+    PAIRS,
+    eight_point,
+    epipolar_error_px,
+    ideal,
+    labelled_matches,
+    simulated,
+)
 from tests.support.tiers import rounds
 from touchline.core.errors import BadInput, FitFailed
 from touchline.rigs.evidence import calibrated_epipolar_px, sampson_px
@@ -44,7 +52,9 @@ def test_exact_matches_give_the_exact_geometry():
 
 def test_its_error_figure_is_the_distance_to_the_lines_in_both_views():
     pair, found = matched(0, False)
-    np.testing.assert_allclose(found.epipolar_px, epipolar_error_px(found.fundamental, pair.a, pair.b), rtol=1e-9)
+    np.testing.assert_allclose(
+        found.epipolar_px, epipolar_error_px(found.fundamental, pair.a, pair.b), rtol=1e-9
+    )
     assert found.rms_px == pytest.approx(np.sqrt(np.mean(found.epipolar_px[found.good] ** 2)))
     in_a, in_b = found.epipoles
     np.testing.assert_allclose(found.fundamental @ in_a, 0, atol=1e-12)
@@ -67,7 +77,9 @@ def test_the_derivatives_are_those_of_the_distances():
     for n in range(by.shape[1]):
         step = 1e-6 * np.eye(by.shape[1])[n]
         ahead, behind = (start.retract(s * step).residuals(a, b)[0] for s in (1, -1))
-        np.testing.assert_allclose(by[:, n], (ahead - behind) / 2e-6, rtol=1e-4, atol=1e-4 * np.abs(by[:, n]).max())
+        np.testing.assert_allclose(
+            by[:, n], (ahead - behind) / 2e-6, rtol=1e-4, atol=1e-4 * np.abs(by[:, n]).max()
+        )
     np.testing.assert_allclose(np.abs(r), np.abs(sampson_px(start.fundamental(), a, b)), atol=1e-9)
 
 
@@ -97,8 +109,14 @@ def test_a_few_points_off_the_carpet_are_enough():
 
 def test_a_camera_that_only_turned_is_refused():
     pair = simulated(7, mistakes=0.0)
-    turned = replace(pair.camera_a, rotation=(pair.camera_a.rotation[0], pair.camera_a.rotation[1] + 0.05,
-                                              pair.camera_a.rotation[2]))
+    turned = replace(
+        pair.camera_a,
+        rotation=(
+            pair.camera_a.rotation[0],
+            pair.camera_a.rotation[1] + 0.05,
+            pair.camera_a.rotation[2],
+        ),
+    )
     places = np.random.default_rng(0).uniform([-1000, -800, 0], [1000, 800, 1000], (80, 3))
     with pytest.raises(FitFailed) as refusal:
         fundamental_matrix(pair.camera_a.project(places), turned.project(places))
@@ -121,12 +139,15 @@ def test_matches_at_random_are_no_consensus(seeds):
 def test_too_few_one_line_and_what_is_no_match_are_refused_by_name():
     pair = simulated(8)
     line = np.stack([np.linspace(0, 1000, 30), np.linspace(100, 600, 30)], axis=1)
-    cases = [((pair.a[:11], pair.b[:11]), FitFailed, "too-few-points"),
-             ((np.tile(pair.a[:5], (10, 1)), np.tile(pair.b[:5], (10, 1))), FitFailed, "too-few-points"),
-             ((line, pair.b[:30]), FitFailed, "collinear-points"), ((pair.a[:30], line), FitFailed, "collinear-points"),
-             ((pair.a, pair.b[:-1]), BadInput, "bad-matches"),
-             ((np.where(pair.a == pair.a[3], np.nan, pair.a), pair.b), BadInput, "non-finite-points"),
-             ((np.where(pair.a == pair.a[3], np.inf, pair.a), pair.b), BadInput, "non-finite-points")]
+    cases = [
+        ((pair.a[:11], pair.b[:11]), FitFailed, "too-few-points"),
+        ((np.tile(pair.a[:5], (10, 1)), np.tile(pair.b[:5], (10, 1))), FitFailed, "too-few-points"),
+        ((line, pair.b[:30]), FitFailed, "collinear-points"),
+        ((pair.a[:30], line), FitFailed, "collinear-points"),
+        ((pair.a, pair.b[:-1]), BadInput, "bad-matches"),
+        ((np.where(pair.a == pair.a[3], np.nan, pair.a), pair.b), BadInput, "non-finite-points"),
+        ((np.where(pair.a == pair.a[3], np.inf, pair.a), pair.b), BadInput, "non-finite-points"),
+    ]
     for matches, kind, reason in cases:
         with pytest.raises(kind) as refusal:
             fundamental_matrix(*matches)
@@ -140,7 +161,9 @@ def test_what_is_not_refused_is_right(worlds):
     refused = 0
     for seed in range(worlds):
         rng = np.random.default_rng(seed)
-        pair = simulated(seed % 4, matches=int(rng.integers(12, 40)), mistakes=float(rng.uniform(0, 0.9)))
+        pair = simulated(
+            seed % 4, matches=int(rng.integers(12, 40)), mistakes=float(rng.uniform(0, 0.9))
+        )
         a, b = pair.a.copy(), pair.b.copy()
         if seed % 4 == 1:
             a[: len(a) // 2] = a[0]

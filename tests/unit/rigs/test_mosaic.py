@@ -41,7 +41,9 @@ def test_a_seam_goes_over_without_a_step(rig):
     made, _ = stitcher_of(rig, ("cam0", "cam1"), VIEW)
     dark, bright = flat(1, 60) + flat(1, 180)
     row = made.stitch([dark, bright])[VIEW.size.height // 3, 40:-40, 0].astype(int)
-    assert row[0] == 60 and row[-1] == 180 and (np.diff(row) >= 0).all() and np.diff(row).max() <= 20
+    assert (
+        row[0] == 60 and row[-1] == 180 and (np.diff(row) >= 0).all() and np.diff(row).max() <= 20
+    )
 
 
 def test_a_picture_of_the_field_that_would_take_all_memory_is_refused_and_a_cancelled_one_ends():
@@ -52,6 +54,7 @@ def test_a_picture_of_the_field_that_would_take_all_memory_is_refused_and_a_canc
     def stop(share, _message):
         if share > 0.3:
             raise Cancelled("Gone.", "Ask again.")
+
     model, size = true_models()[0], sim_source(2, 0).camera.image_size
     with pytest.raises(Cancelled):
         Stitcher.of([(model, size, FIELD.region("half-left"))], VIEW, stop)
@@ -64,21 +67,30 @@ def test_there_and_back_is_the_same_place():
 
 def test_the_corners_are_the_places_of_the_first_and_the_last_pixel():
     corners = VIEW.view_from_field(np.array(VIEW.field_from_view_corner()))
-    np.testing.assert_allclose(corners, [[0, 0], [VIEW.size.width - 1, VIEW.size.height - 1]], atol=1e-9)
+    np.testing.assert_allclose(
+        corners, [[0, 0], [VIEW.size.width - 1, VIEW.size.height - 1]], atol=1e-9
+    )
 
 
 def test_what_nobody_sees_is_said_with_its_place(rig):
     made, names = stitcher_of(rig, ("cam0",), VIEW)
     told = made.unseen_summary()
     assert names == ["cam0"] and 0.1 < told["share"] < 0.5 and told["where"]["x"][1] > 4400
-    assert told["m2"] == pytest.approx(54 * told["share"]) and "not covered by any camera" in told["words"]
+    assert (
+        told["m2"] == pytest.approx(54 * told["share"])
+        and "not covered by any camera" in told["words"]
+    )
     with pytest.raises(FitFailed):
         Stitcher.of([], VIEW)
 
 
 def test_places_on_markings_keep_clear_of_each_other():
     places, normals, widths = marking_places(FIELD)
-    assert len(places) > 200 and np.allclose(np.linalg.norm(normals, axis=1), 1) and (widths == 10).all()
+    assert (
+        len(places) > 200
+        and np.allclose(np.linalg.norm(normals, axis=1), 1)
+        and (widths == 10).all()
+    )
     # no place at the centre, where two lines cross
     assert np.linalg.norm(places, axis=1).min() > 150
     bare = replace(FIELD, lines={}, arcs={})
@@ -93,7 +105,9 @@ def test_lines_in_pictures_tell_which_camera_was_knocked_and_how_far(rig):
     assert good["carpet"]["mean_mm"] < 1.5
     x, y, z = b.position_mm
     moved = replace(b, position_mm=(x + 30.0, y, z))
-    found = agreement(a, size, moved, size, FIELD, from_pictures(a, pictures[0], moved, pictures[1], FIELD))
+    found = agreement(
+        a, size, moved, size, FIELD, from_pictures(a, pictures[0], moved, pictures[1], FIELD)
+    )
     assert found["carpet"]["mean_mm"] == pytest.approx(30, rel=0.1)
     assert found["own_mm"]["a"] < 2 and found["own_mm"]["b"] > 10
 
@@ -103,11 +117,17 @@ def true_models_of_sim():
     from dataclasses import astuple, replace
 
     from touchline.models.rotation import vector_from_matrix
+
     for number, model in enumerate(true_models()):
         camera = sim_source(2, number).camera
-        yield replace(model, lens_terms=astuple(camera.lens), focal_px=camera.focal_px[0], centre_px=camera.centre_px,
-                      rotation=tuple(vector_from_matrix(np.array(camera.camera_from_field))),
-                      position_mm=camera.position_mm)
+        yield replace(
+            model,
+            lens_terms=astuple(camera.lens),
+            focal_px=camera.focal_px[0],
+            centre_px=camera.centre_px,
+            rotation=tuple(vector_from_matrix(np.array(camera.camera_from_field))),
+            position_mm=camera.position_mm,
+        )
 
 
 def test_how_each_camera_stands_to_the_rig_is_told_with_its_cure(rig):
@@ -115,6 +135,8 @@ def test_how_each_camera_stands_to_the_rig_is_told_with_its_cure(rig):
     wrong = replace(wrong, given=Rectangles(50.0, 50.0, 9, 12))
     told = rig_status(wrong)
     assert [[t["reason"] for t in c["troubles"]] for c in told["cameras"]] == [
-        ["not-calibrated"], ["other-region", "other-rectangles"]]
+        ["not-calibrated"],
+        ["other-region", "other-rectangles"],
+    ]
     assert all(t["fix"] for c in told["cameras"] for t in c["troubles"])
     assert check(wrong, {})["verdict"]["level"] is None

@@ -36,7 +36,11 @@ def kept():
 
 
 def shown(kept, **more):
-    return {"cameras": [{"key": kept["id"], "title": "North", "calibration": kept, "before": None, **more}]}
+    return {
+        "cameras": [
+            {"key": kept["id"], "title": "North", "calibration": kept, "before": None, **more}
+        ]
+    }
 
 
 @pytest.fixture
@@ -48,11 +52,18 @@ def room(locked):
 
 
 def line(server, **headers):
-    return connect(f"ws://127.0.0.1:{server.get_port()}/", subprotocols=[PROTOCOL], proxy=None, max_size=None,
-                   additional_headers=headers)
+    return connect(
+        f"ws://127.0.0.1:{server.get_port()}/",
+        subprotocols=[PROTOCOL],
+        proxy=None,
+        max_size=None,
+        additional_headers=headers,
+    )
 
 
-@pytest.mark.parametrize("headers", [{}, {KEY_HEADER: "guessed"}, {KEY_HEADER: ""}, {"Origin": "http://evil.example"}])
+@pytest.mark.parametrize(
+    "headers", [{}, {KEY_HEADER: "guessed"}, {KEY_HEADER: ""}, {"Origin": "http://evil.example"}]
+)
 def test_nobody_comes_in_without_the_key(locked, headers):
     with pytest.raises(InvalidStatus) as refused:
         line(locked, **headers)
@@ -61,8 +72,12 @@ def test_nobody_comes_in_without_the_key(locked, headers):
 
 def test_the_port_serves_no_files(locked):
     import requests
+
     for path in ("/", "/index.html", "/../../../etc/hostname"):
-        assert requests.get(f"http://127.0.0.1:{locked.get_port()}{path}", timeout=10).status_code == 403
+        assert (
+            requests.get(f"http://127.0.0.1:{locked.get_port()}{path}", timeout=10).status_code
+            == 403
+        )
 
 
 def test_it_listens_on_this_machine_alone(locked):
@@ -86,13 +101,17 @@ def test_a_request_to_share_opens_no_tunnel(locked):
         viewer.ping().wait(20)  # it has read them: they came before
     assert locked.request_share_url() is None
     assert locked._share_tunnel is None
-    assert not any("Share" in kind.__name__ or "FileTransferStart" in kind.__name__
-                   for kind in locked._websock_server._incoming_handlers)
+    assert not any(
+        "Share" in kind.__name__ or "FileTransferStart" in kind.__name__
+        for kind in locked._websock_server._incoming_handlers
+    )
 
 
 def test_a_room_tells_what_it_shows_and_refuses_what_is_nothing(room, kept):
     told = room.show(shown(kept))
-    assert told["cameras"][0]["height_mm"] > 3000 and told["sheet_top_mm"] > 0 and told["scale"] >= 1
+    assert (
+        told["cameras"][0]["height_mm"] > 3000 and told["sheet_top_mm"] > 0 and told["scale"] >= 1
+    )
     with pytest.raises(BadInput):
         room.show({"cameras": []})
     assert room._nodes  # the former scene stays
@@ -118,13 +137,17 @@ def test_layers_are_seen_or_not_as_asked(room, kept):
     room.set_state({"layers": ["rays"], "sheet": "carpet"})
     camera = room._nodes[kept["id"]]
     assert camera.handles["rays"][0].visible and not camera.handles["labels"][0].visible
-    assert not any(handle.visible for layer in ("arrows", "moved") for handle in camera.handles[layer])
+    assert not any(
+        handle.visible for layer in ("arrows", "moved") for handle in camera.handles[layer]
+    )
     assert camera.handles["carpet"][0].visible and not camera.handles["hat"][0].visible
     room.set_state({"hidden": [kept["id"]]})
     assert not camera.handles["rays"][0].visible and not camera.handles["carpet"][0].visible
 
 
-def test_through_a_camera_its_rays_and_label_are_out_of_the_way_and_lines_lie_over_its_picture(room, kept):
+def test_through_a_camera_its_rays_and_label_are_out_of_the_way_and_lines_lie_over_its_picture(
+    room, kept
+):
     room.show(shown(kept))
     room.set_state({"layers": list(LAYERS), "view": "camera", "through": kept["id"]})
     camera = room._nodes[kept["id"]]
@@ -147,14 +170,22 @@ def test_the_picture_of_a_frustum_is_the_straightened_one(room, kept):
 def test_ball_and_robots_stand_where_they_were_detected_and_nowhere_else(room, kept):
     room.show(shown(kept))
     room.set_state({"layers": ["things"]})
-    seen = Detections((Detection("ball", (1.0, 2.0), x_mm=500.0, y_mm=-250.0), Detection("ball", (3.0, 4.0)),
-                       Detection("robot", (5.0, 6.0), "blue", 3, 0.0, 1000.0, 150.0, 0.5),
-                       Detection("marker", (7.0, 8.0), "yellow", None, 100.0, 100.0, 150.0)), ImageSize(640, 512))
+    seen = Detections(
+        (
+            Detection("ball", (1.0, 2.0), x_mm=500.0, y_mm=-250.0),
+            Detection("ball", (3.0, 4.0)),
+            Detection("robot", (5.0, 6.0), "blue", 3, 0.0, 1000.0, 150.0, 0.5),
+            Detection("marker", (7.0, 8.0), "yellow", None, 100.0, 100.0, 150.0),
+        ),
+        ImageSize(640, 512),
+    )
     room.show_detections(kept["id"], seen.to_json()["detections"])
     # of the second ball nobody knows where it is
     ball, robot, marker = room._nodes[kept["id"]].handles["things"]
     radius = FIELD.extras["ball"]["radius_mm"] / 1000
-    assert ball.position == pytest.approx([0.5, -0.25, radius]) and robot.position[:2] == pytest.approx([0, 1])
+    assert ball.position == pytest.approx([0.5, -0.25, radius]) and robot.position[
+        :2
+    ] == pytest.approx([0, 1])
     assert marker.position[2] == pytest.approx(0.15)
     room.set_state({"layers": []})
     assert not ball.visible

@@ -26,5 +26,10 @@ def test_a_good_version_is_not_doubted_and_its_pictures_hold_what_it_claims(worl
     tried = [*all_claims(world, world.version, world.picture), *world.live(world.later)]
     claims = {claim.code: claim for claim in tried}
     assert {code for code, claim in claims.items() if claim.state == "held"} >= {
-        "accuracy", "robot-tops", "model", "lines", "live-image"}
+        "accuracy",
+        "robot-tops",
+        "model",
+        "lines",
+        "live-image",
+    }
     assert not any(claim.is_problem for claim in claims.values())

@@ -36,7 +36,10 @@ def test_a_part_is_made_once_and_closed_with_the_server(services):
     async def story():
         async with services.running():
             first = services.part(Closing), services.part(Plain)
-            assert first == (services.part(Closing), services.part(Plain)) and first[0].services is services
+            assert (
+                first == (services.part(Closing), services.part(Plain))
+                and first[0].services is services
+            )
             assert Closing.closed == ()
         assert Closing.closed == (Closing,)
         assert services.part(Closing) is not first[0]

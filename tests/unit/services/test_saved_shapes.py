@@ -21,13 +21,38 @@ from touchline.store.tables import CHECKSUMMED_TABLES, LedgerRow
 from touchline.straight.service import RollRepository
 
 TABLES = {table.__tablename__: table for table in CHECKSUMMED_TABLES}
-LENS = {"model": "division", "camera": None, "note": "", "board": None, "image_size": [64, 48], "lens": {"focal": 1.0},
-        "report": {"rms_px": 0.1, "verdict": {}, "views": [{"used": True}]}, "snapshots": None, "software": "0"}
-RIG = {"title": "Pair", "field": "table", "cameras": [{"camera": "north", "region": None, "rotate": None}],
-       "w_max_rectangle_px": None, "h_max_rectangle_px": None, "n_rectangles_x": None, "n_rectangles_y": None}
-ROLL = {"at": 10.0, "seconds": 1.0, "points": [[10.0 * x, 20.0] for x in range(9)], "image_size": [64, 48],
-        "rms_px": 0.1, "straight_px": 0.1}
-COLOURS = {"name": "hall", "colours": {"orange": [{"rgb": [250, 112, 30]}], "green": [{"rgb": [10, 120, 30]}]}}
+LENS = {
+    "model": "division",
+    "camera": None,
+    "note": "",
+    "board": None,
+    "image_size": [64, 48],
+    "lens": {"focal": 1.0},
+    "report": {"rms_px": 0.1, "verdict": {}, "views": [{"used": True}]},
+    "snapshots": None,
+    "software": "0",
+}
+RIG = {
+    "title": "Pair",
+    "field": "table",
+    "cameras": [{"camera": "north", "region": None, "rotate": None}],
+    "w_max_rectangle_px": None,
+    "h_max_rectangle_px": None,
+    "n_rectangles_x": None,
+    "n_rectangles_y": None,
+}
+ROLL = {
+    "at": 10.0,
+    "seconds": 1.0,
+    "points": [[10.0 * x, 20.0] for x in range(9)],
+    "image_size": [64, 48],
+    "rms_px": 0.1,
+    "straight_px": 0.1,
+}
+COLOURS = {
+    "name": "hall",
+    "colours": {"orange": [{"rgb": [250, 112, 30]}], "green": [{"rgb": [10, 120, 30]}]},
+}
 
 
 @pytest.fixture(scope="module")
@@ -36,24 +61,51 @@ def filled(tmp_path_factory):
     folder = tmp_path_factory.mktemp("filled") / "data"
     task = json.loads((CLICKS / "ssl_2008_half.json").read_text())
     with TestClient(create_app(Settings(data=folder)), base_url="http://127.0.0.1:8000") as client:
-        snapshot = client.post(f"{API}/snapshots", files={"file": encoded("png", gradient(780, 580))}).json()["id"]
-        made = client.post(f"{API}/calibrations", json={**without_size(task), "snapshot": snapshot, "camera": "north"})
+        snapshot = client.post(
+            f"{API}/snapshots", files={"file": encoded("png", gradient(780, 580))}
+        ).json()["id"]
+        made = client.post(
+            f"{API}/calibrations",
+            json={**without_size(task), "snapshot": snapshot, "camera": "north"},
+        )
         made = made.json()["id"]
     with Store(folder) as store:
         store.drafts.save(snapshot, EMPTY, store.drafts.get(snapshot).etag, "Ada")
         store.calibrations.activate(made)
         lens = store.lenses.add(LENS)["id"]
-        store.cameras.add("north", {"name": "North", "source": "sim://table", "field": "table", "region": None})
+        store.cameras.add(
+            "north", {"name": "North", "source": "sim://table", "field": "table", "region": None}
+        )
         store.identities.confirm(made, {"address": "sim://table", "serial": "7"})
         store.rigs.add("pair", RIG)
         store.repository(RollRepository).add("north", "0" * 16, ROLL)
         store.colour_profiles.add("hall", COLOURS)
     return folder, [
-        "/health", "/settings", "/publishing", "/readiness", "/events", "/jobs", "/cameras", "/cameras/north",
-        "/cameras/status", "/cameras/north/rolls", "/cameras/north/seeing", "/rigs",
-        "/rigs/pair", "/colours", "/colours/hall", "/lenses", f"/lenses/{lens}", "/snapshots", f"/snapshots/{snapshot}",
-        f"/drafts/{snapshot}", "/calibrations", "/calibrations?brief=true", f"/calibrations/{made}",
-        "/calibrations/activations?camera=north"]
+        "/health",
+        "/settings",
+        "/publishing",
+        "/readiness",
+        "/events",
+        "/jobs",
+        "/cameras",
+        "/cameras/north",
+        "/cameras/status",
+        "/cameras/north/rolls",
+        "/cameras/north/seeing",
+        "/rigs",
+        "/rigs/pair",
+        "/colours",
+        "/colours/hall",
+        "/lenses",
+        f"/lenses/{lens}",
+        "/snapshots",
+        f"/snapshots/{snapshot}",
+        f"/drafts/{snapshot}",
+        "/calibrations",
+        "/calibrations?brief=true",
+        f"/calibrations/{made}",
+        "/calibrations/activations?camera=north",
+    ]
 
 
 def served(folder, paths):
@@ -61,8 +113,11 @@ def served(folder, paths):
     app = create_app(Settings(data=folder))
     with TestClient(app, base_url="http://127.0.0.1:8000", raise_server_exceptions=False) as client:
         answers = {path: client.get(API + path) for path in paths}
-    faults = {path: answer.json().get("detail") for path, answer in answers.items() if answer.status_code >= 500
-              and answer.json()["type"] != "/problems/damaged-file"}
+    faults = {
+        path: answer.json().get("detail")
+        for path, answer in answers.items()
+        if answer.status_code >= 500 and answer.json()["type"] != "/problems/damaged-file"
+    }
     return faults, answers["/health"].json()["damaged"]
 
 
@@ -90,7 +145,9 @@ def test_a_draft_needs_no_more_than_its_points():
 def test_a_lens_of_an_early_version_is_read_and_listed(tmp_path):
     with Store(tmp_path) as store:
         store.lenses.add({"model": "division", "lens": {"focal_px": 500.5}})
-    faults, damaged = served(changed_copy(tmp_path, tmp_path.with_name("early")), ["/health", "/lenses"])
+    faults, damaged = served(
+        changed_copy(tmp_path, tmp_path.with_name("early")), ["/health", "/lenses"]
+    )
     assert faults == {} and damaged == []
 
 

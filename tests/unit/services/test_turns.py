@@ -27,6 +27,7 @@ class Queue:
                     await self.free.wait()
             except TouchlineError as error:
                 self.refused[name] = error
+
         self.tasks[name] = asyncio.create_task(wait())
         await asyncio.sleep(0)  # until it is in the queue
 
@@ -44,6 +45,7 @@ def within(story: Callable[[Queue], Awaitable[None]]) -> Queue:
         await queue.end()
         assert queue.turns._free == 1 and not queue.turns._waiting
         return queue
+
     return asyncio.run(told())
 
 
@@ -53,6 +55,7 @@ def test_addresses_take_turns_however_many_one_sends():
             await queue.ask(f"a{i}", "a")
         await queue.ask("b0", "b")
         await queue.ask("c0", "c")
+
     assert within(story).had == ["first", "a0", "b0", "c0", "a1", "a2", "a3"]
 
 
@@ -62,6 +65,7 @@ def test_a_newer_request_of_a_series_has_the_place_of_the_older_one():
         await queue.ask("other", "a")
         await queue.ask("of another address", "b", "window")
         await queue.ask("new", "a", "window")
+
     queue = within(story)
     assert queue.had == ["first", "new", "of another address", "other"]
     assert {name: error.reason for name, error in queue.refused.items()} == {"old": "superseded"}
@@ -73,6 +77,7 @@ def test_one_that_is_under_way_is_answered_however_many_come():
         for name in ("under way", "old", "new"):
             await queue.ask(name, "a", "window")
         return await queue.end(), [*queue.refused]
+
     assert asyncio.run(told()) == (["under way", "new"], ["old"])
 
 
@@ -82,6 +87,7 @@ def test_who_leaves_has_no_turn():
             await queue.ask(name, "a")
         queue.tasks["a0"].cancel()
         queue.waiting["a1"].end(Cancelled("The caller has gone.", "Ask again."))
+
     assert within(story).had == ["first", "a2"]
 
 
@@ -101,6 +107,7 @@ def test_a_place_that_was_given_to_one_who_has_just_left_goes_on(leaves):
             queue.waiting["gone"].end(Cancelled("The caller has gone.", "Ask again."))
         await queue.end()
         return queue.had[-1], queue.turns._free
+
     assert asyncio.run(told()) == ("next", 1)
 
 
@@ -109,8 +116,11 @@ def test_in_a_crowd_the_address_with_the_most_is_refused():
         for i in range(MAX_WAITING):
             await queue.ask(f"a{i}", "a")
         await queue.ask("b0", "b")
+
     queue = within(story)
-    assert [*queue.refused] == [f"a{MAX_WAITING - 1}"] and isinstance(queue.refused[f"a{MAX_WAITING - 1}"], Busy)
+    assert [*queue.refused] == [f"a{MAX_WAITING - 1}"] and isinstance(
+        queue.refused[f"a{MAX_WAITING - 1}"], Busy
+    )
     assert queue.had[:3] == ["first", "a0", "b0"]
 
 
@@ -118,4 +128,5 @@ def test_a_crowd_of_single_requests_refuses_one():
     async def story(queue):
         for i in range(MAX_WAITING + 1):
             await queue.ask(f"{i}", f"address {i}")
+
     assert len(within(story).refused) == 1

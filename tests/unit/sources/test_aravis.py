@@ -38,14 +38,21 @@ def fake():
 def test_a_camera_on_the_network_is_found_by_serial_name_or_address(gv, target):
     with closing(opened(f"aravis://{target}")) as camera:
         identity = camera.identity()
-        assert (identity.address, identity.serial, identity.model) == (f"aravis://{target}", gv.SERIAL, "Aravis Fake")
+        assert (identity.address, identity.serial, identity.model) == (
+            f"aravis://{target}",
+            gv.SERIAL,
+            "Aravis Fake",
+        )
         assert tuple(camera.read().size) == (256, 256)
 
 
 def test_frames_come_whole_over_the_network(gv):
     with closing(opened("aravis://127.0.0.1?fps=20")) as camera:
         frames = [camera.read() for _ in range(5)]
-        assert all(frame.pixels.shape == (256, 256, 3) and not frame.pixels.flags.writeable for frame in frames)
+        assert all(
+            frame.pixels.shape == (256, 256, 3) and not frame.pixels.flags.writeable
+            for frame in frames
+        )
         assert any((frame.pixels != frames[0].pixels).any() for frame in frames)
 
 
@@ -56,27 +63,38 @@ def test_settings_reach_the_camera_and_stay_there(gv):
         assert tuple(camera.read().size) == (320, 256)
     with closing(opened("aravis://127.0.0.1")) as again:
         controls = {control.name: control for control in again.controls()}
-        assert controls["exposure"].value == pytest.approx(2000, abs=1) and controls["width"].value == 320
+        assert (
+            controls["exposure"].value == pytest.approx(2000, abs=1)
+            and controls["width"].value == 320
+        )
         again.set_control("width", 256)
 
 
 def test_a_camera_that_is_in_use_is_said_to_be(gv):
     with closing(opened("aravis://127.0.0.1")), pytest.raises(TouchlineError) as refused:
         source_from_url("aravis://127.0.0.1", SourceContext())
-    assert refused.value.reason in ("camera-busy", "bad-control") and "other program" in refused.value.fix
+    assert (
+        refused.value.reason in ("camera-busy", "bad-control")
+        and "other program" in refused.value.fix
+    )
 
 
 @pytest.mark.long
 def test_a_camera_that_another_program_uses_is_said_to_be_and_is_free_soon_after_that_one_died(gv):
-    program = ("import sys; from touchline.sources import SourceContext, source_from_url as source\n"
-               "camera = source('aravis://127.0.0.1', SourceContext()); camera.read(); print('has it', flush=True)\n"
-               "while True: camera.read()")
+    program = (
+        "import sys; from touchline.sources import SourceContext, source_from_url as source\n"
+        "camera = source('aravis://127.0.0.1', SourceContext()); camera.read(); print('has it', flush=True)\n"
+        "while True: camera.read()"
+    )
     other = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
     try:
         assert other.stdout.readline() == "has it\n"
         with pytest.raises(TouchlineError) as refused:
             source_from_url("aravis://127.0.0.1", SourceContext())
-        assert refused.value.reason in ("camera-busy", "bad-control") and "other program" in refused.value.fix
+        assert (
+            refused.value.reason in ("camera-busy", "bad-control")
+            and "other program" in refused.value.fix
+        )
     finally:
         other.kill()  # it cannot say good-bye: the camera waits for its heartbeat, then lets go
         other.communicate()
@@ -162,9 +180,16 @@ def test_gain_goes_to_the_camera_and_back(fake):
     assert by_hand.value == 4 and by_hand.automatic is False
 
 
-@pytest.mark.parametrize(("name", "value", "reason"), [
-    ("width", 0, "bad-control"), ("width", 4096, "bad-control"), ("exposure", "auto", "bad-control"),
-    ("exposure", float("inf"), "bad-control"), ("white_balance_red", 1, "unknown-control")])
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("width", 0, "bad-control"),
+        ("width", 4096, "bad-control"),
+        ("exposure", "auto", "bad-control"),
+        ("exposure", float("inf"), "bad-control"),
+        ("white_balance_red", 1, "unknown-control"),
+    ],
+)
 def test_a_setting_that_is_refused_leaves_it_running(fake, name, value, reason):
     with pytest.raises(TouchlineError) as refused:
         fake.set_control(name, value)
@@ -181,9 +206,15 @@ def test_every_kind_of_pixels_that_it_sends_is_read(name):
     assert pixels.shape == (512, 512, 3) and pixels.std() > 20 and grey == (name == "Mono8")
 
 
-@pytest.mark.parametrize(("url", "kind", "reason"), [
-    ("aravis://Fake_1?pixel_format=BGR8", BadInput, "bad-option"), ("aravis://Fake_7", Unavailable, "camera-off"),
-    ("aravis://localhost", NotFound, "unknown-device"), ("aravis://1.2.3", NotFound, "unknown-device")])
+@pytest.mark.parametrize(
+    ("url", "kind", "reason"),
+    [
+        ("aravis://Fake_1?pixel_format=BGR8", BadInput, "bad-option"),
+        ("aravis://Fake_7", Unavailable, "camera-off"),
+        ("aravis://localhost", NotFound, "unknown-device"),
+        ("aravis://1.2.3", NotFound, "unknown-device"),
+    ],
+)
 def test_an_address_that_names_nothing_is_refused(url, kind, reason):
     need_aravis()
     with pytest.raises(kind) as refused:
@@ -196,7 +227,9 @@ def test_a_machine_without_the_library_is_told_what_to_install(monkeypatch):
     monkeypatch.setattr(aravis_library, "NAME", "libaravis-absent.so.0")
     with pytest.raises(Unavailable) as refused:
         source_from_url("aravis://GV02", SourceContext())
-    assert refused.value.reason == "no-aravis" and "apt install libaravis-0.8-0" in refused.value.fix
+    assert (
+        refused.value.reason == "no-aravis" and "apt install libaravis-0.8-0" in refused.value.fix
+    )
     aravis_library.aravis.cache_clear()
 
 

@@ -28,7 +28,9 @@ def no_webcams(tmp_path, monkeypatch):
 def test_a_camera_on_the_network_is_found_and_opens_by_what_is_told():
     with closing(GvCamera()):
         cameras = [one for one in discover_cameras(LONG_S) if GvCamera.SERIAL in one["address"]]
-        assert [one["title"] for one in cameras] == [f"Aravis Fake {GvCamera.SERIAL}, through Aravis"]
+        assert [one["title"] for one in cameras] == [
+            f"Aravis Fake {GvCamera.SERIAL}, through Aravis"
+        ]
         with closing(opened(cameras[0]["address"])) as camera:
             assert vars(camera.identity()) == cameras[0]["identity"]
 
@@ -42,6 +44,7 @@ def test_a_webcam_is_found(no_webcams):
 
 def looker(word: str) -> int:
     """The process that looks through that library, as soon as it runs."""
+
     def found():
         for task in Path("/proc/self/task").iterdir():
             for pid in (task / "children").read_text().split():
@@ -69,7 +72,9 @@ def test_one_that_dies_takes_nothing_from_the_others(no_webcams):
     assert [one["address"].partition(":")[0] for one in cameras] == ["v4l2"]
 
 
-def test_one_that_dies_before_it_is_told_anything_takes_nothing_from_the_others(monkeypatch, no_webcams):
+def test_one_that_dies_before_it_is_told_anything_takes_nothing_from_the_others(
+    monkeypatch, no_webcams
+):
     plug_in(no_webcams, 0)
 
     def started_and_dead(program):
@@ -93,7 +98,9 @@ def test_one_that_hangs_is_left_out_at_the_deadline_and_ended():
 
     start = time.monotonic()
     cameras = found_while(stop, 2.0)
-    assert time.monotonic() - start < LONG_S and not any(one["address"].startswith("aravis:") for one in cameras)
+    assert time.monotonic() - start < LONG_S and not any(
+        one["address"].startswith("aravis:") for one in cameras
+    )
     assert not Path(f"/proc/{stopped[0]}").exists()
 
 
@@ -103,9 +110,12 @@ def test_what_a_makers_library_prints_does_not_get_into_the_answer():
 
 
 def test_where_nothing_is_plugged_in_nothing_is_found():
-    assert [one for one in discover_cameras(LONG_S)
-            # there may be real ones on this network
-            if not one["address"].startswith("aravis:")] == []
+    assert [
+        one
+        for one in discover_cameras(LONG_S)
+        # there may be real ones on this network
+        if not one["address"].startswith("aravis:")
+    ] == []
 
 
 def test_a_serial_number_names_a_camera_only_if_it_is_its_own():

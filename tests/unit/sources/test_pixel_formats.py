@@ -5,7 +5,12 @@ import numpy as np
 import pytest
 
 from touchline.core.errors import Unavailable
-from touchline.sources.industrial.camera import PIXEL_FORMATS, best_format, bgr_from_raw, canonical_name
+from touchline.sources.industrial.camera import (
+    PIXEL_FORMATS,
+    best_format,
+    bgr_from_raw,
+    canonical_name,
+)
 
 WIDTH, HEIGHT = 48, 32
 CORNERS = (("R", "G"), ("G", "B"))
@@ -51,7 +56,11 @@ def bytes_of(name: str) -> bytes:
 def test_every_format_shows_the_colours_of_the_scene(name):
     pixels = bgr_from_raw(bytes_of(name), WIDTH, HEIGHT, PIXEL_FORMATS[name].code)
     expected = scene() if name != "Mono8" else cv2.cvtColor(scene()[..., 1], cv2.COLOR_GRAY2BGR)
-    assert pixels.shape == (HEIGHT, WIDTH, 3) and pixels.flags.c_contiguous and not pixels.flags.writeable
+    assert (
+        pixels.shape == (HEIGHT, WIDTH, 3)
+        and pixels.flags.c_contiguous
+        and not pixels.flags.writeable
+    )
     inner = np.s_[2:-2, 2:-2]  # a mosaic's border has only half its neighbours
     # A pixel's missing colours are its neighbours', which differ by up to 4 grey levels here; a mix-up differs by 100.
     assert np.abs(pixels[inner].astype(int) - expected[inner]).max() <= 6
@@ -63,7 +72,9 @@ def test_padding_after_each_row_and_bytes_after_the_picture_are_left_out(name):
     rows = np.frombuffer(bytes_of(name), np.uint8).reshape(HEIGHT, row)
     padded = np.hstack((rows, np.full((HEIGHT, 5), 255, np.uint8))).tobytes()
     plain = bgr_from_raw(bytes_of(name), WIDTH, HEIGHT, PIXEL_FORMATS[name].code)
-    assert (bgr_from_raw(padded + b"chunk data", WIDTH, HEIGHT, PIXEL_FORMATS[name].code, 5) == plain).all()
+    assert (
+        bgr_from_raw(padded + b"chunk data", WIDTH, HEIGHT, PIXEL_FORMATS[name].code, 5) == plain
+    ).all()
     # none after the last
     assert (bgr_from_raw(padded[:-5], WIDTH, HEIGHT, PIXEL_FORMATS[name].code, 5) == plain).all()
 
@@ -74,8 +85,19 @@ def test_a_picture_of_which_bytes_are_missing_is_none(name):
     assert bgr_from_raw(b"", WIDTH, HEIGHT, PIXEL_FORMATS[name].code) is None
 
 
-@pytest.mark.parametrize(("width", "height", "padding"), [
-    (0, 32, 0), (48, 0, 0), (-48, 32, 0), (48, -32, 0), (1, 1, 0), (40000, 1, 0), (48, 32, -1), (2**31, 2**31, 0)])
+@pytest.mark.parametrize(
+    ("width", "height", "padding"),
+    [
+        (0, 32, 0),
+        (48, 0, 0),
+        (-48, 32, 0),
+        (48, -32, 0),
+        (1, 1, 0),
+        (40000, 1, 0),
+        (48, 32, -1),
+        (2**31, 2**31, 0),
+    ],
+)
 @pytest.mark.parametrize("name", ["Mono8", "BayerRG8", "YUV422_8"])
 def test_a_size_that_no_camera_has_is_none(name, width, height, padding):
     assert bgr_from_raw(bytes(100_000), width, height, PIXEL_FORMATS[name].code, padding) is None
@@ -102,5 +124,8 @@ def test_an_unknown_format_is_told_with_the_known_ones():
 
 def test_colour_in_few_bytes_is_preferred_and_old_names_are_known():
     assert best_format(["Mono8", "RGB8", "BayerGB8", "Mono16"]) == "BayerGB8"
-    assert best_format(["Mono12", "RGB8Packed", "Mono8"]) == "RGB8Packed" and canonical_name("RGB8Packed") == "RGB8"
+    assert (
+        best_format(["Mono12", "RGB8Packed", "Mono8"]) == "RGB8Packed"
+        and canonical_name("RGB8Packed") == "RGB8"
+    )
     assert best_format(["Mono12Packed"]) is None and best_format([]) is None

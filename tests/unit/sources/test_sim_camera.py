@@ -7,20 +7,40 @@ import numpy as np
 import pytest
 
 from tests.support.reference_camera import HEIGHT_MM, SIZE, reference_camera, reference_field
-from tests.support.sim_clicks import border_clicks, border_observations, known_grid, landmark_observations, line_clicks
+from tests.support.sim_clicks import (
+    border_clicks,
+    border_observations,
+    known_grid,
+    landmark_observations,
+    line_clicks,
+)
 from touchline.core.errors import BadInput
 from touchline.core.field import BORDERS
 from touchline.core.geometry import ImageSize
-from touchline.sources.sim.camera import LENSES, BrownConrady, Division, KannalaBrandt, SimCamera, Ssl
+from touchline.sources.sim.camera import (
+    LENSES,
+    BrownConrady,
+    Division,
+    KannalaBrandt,
+    SimCamera,
+    Ssl,
+)
 
 REGION = reference_field().regions["full"]
 every_lens = pytest.mark.parametrize("lens", LENSES.values(), ids=LENSES)
-POSES = {"straight down": {}, "tilted": {"tilt_deg": 15}, "every way": {"tilt_deg": 9, "pan_deg": -7, "roll_deg": 12}}
+POSES = {
+    "straight down": {},
+    "tilted": {"tilt_deg": 15},
+    "every way": {"tilt_deg": 9, "pan_deg": -7, "roll_deg": 12},
+}
 every_pose = pytest.mark.parametrize("pose", POSES.values(), ids=POSES)
 
 
 def pixel_grid(size: ImageSize = SIZE) -> np.ndarray:
-    return np.stack(np.meshgrid(np.linspace(0, size.width - 1, 33), np.linspace(0, size.height - 1, 27)), axis=-1)
+    return np.stack(
+        np.meshgrid(np.linspace(0, size.width - 1, 33), np.linspace(0, size.height - 1, 27)),
+        axis=-1,
+    )
 
 
 def above(lens, **pose) -> SimCamera:
@@ -34,17 +54,26 @@ def test_there_and_back_is_the_same_pixel(lens, pose, z_mm):
     camera, pixels = above(lens, **pose), pixel_grid()
     field = camera.field_from_raw(pixels, z_mm)
     assert field.shape == pixels.shape
-    back = camera.raw_from_field(np.concatenate([field, np.full((*field.shape[:-1], 1), z_mm)], axis=-1))
+    back = camera.raw_from_field(
+        np.concatenate([field, np.full((*field.shape[:-1], 1), z_mm)], axis=-1)
+    )
     assert np.isfinite(field).mean() > 0.9
-    np.testing.assert_allclose(back[np.isfinite(field)], pixels[np.isfinite(field)], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        back[np.isfinite(field)], pixels[np.isfinite(field)], rtol=0, atol=1e-9
+    )
 
 
 @every_pose
 @every_lens
 def test_every_border_is_in_the_picture_and_fills_it(lens, pose):
     camera = above(lens, **pose)
-    reach = np.abs(np.concatenate([camera.raw_from_field(REGION.border(b).sample(65)) for b in BORDERS])
-                   - camera.centre_px) / camera.centre_px
+    reach = (
+        np.abs(
+            np.concatenate([camera.raw_from_field(REGION.border(b).sample(65)) for b in BORDERS])
+            - camera.centre_px
+        )
+        / camera.centre_px
+    )
     assert reach.max() == pytest.approx(0.9)
 
 
@@ -69,31 +98,45 @@ def test_opencv_projects_the_same_fisheye_pixels():
     _, field = known_grid(camera, REGION, 21, 17)
     points = np.concatenate([field.reshape(-1, 2), np.full((field.size // 2, 1), 150.0)], axis=1)
     rvec, tvec, matrix = opencv_pose(camera)
-    theirs, _ = cv2.fisheye.projectPoints(points[None], rvec, tvec, matrix,
-                                          np.array([lens.k1, lens.k2, lens.k3, lens.k4]))
-    np.testing.assert_allclose(camera.raw_from_field(points), theirs.reshape(-1, 2), rtol=0, atol=1e-9)
+    theirs, _ = cv2.fisheye.projectPoints(
+        points[None], rvec, tvec, matrix, np.array([lens.k1, lens.k2, lens.k3, lens.k4])
+    )
+    np.testing.assert_allclose(
+        camera.raw_from_field(points), theirs.reshape(-1, 2), rtol=0, atol=1e-9
+    )
 
 
 def opencv_pose(camera: SimCamera):
     rotation = np.array(camera.camera_from_field)
     (fx, fy), (cx, cy) = camera.focal_px, camera.centre_px
-    return (cv2.Rodrigues(rotation)[0], -rotation @ np.array(camera.position_mm),
-            np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]))
+    return (
+        cv2.Rodrigues(rotation)[0],
+        -rotation @ np.array(camera.position_mm),
+        np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]),
+    )
 
 
 def test_a_straight_camera_without_distortion_is_a_scale():
     camera = SimCamera.above(REGION, SIZE, LENSES["none"], height_mm=4000, focal_px=1000)
-    np.testing.assert_allclose(camera.raw_from_field([[0, 0], [400, 0], [0, 400]]),
-                               # y of the field goes up
-                               [[639.5, 511.5], [739.5, 511.5], [639.5, 411.5]])
+    np.testing.assert_allclose(
+        camera.raw_from_field([[0, 0], [400, 0], [0, 400]]),
+        # y of the field goes up
+        [[639.5, 511.5], [739.5, 511.5], [639.5, 411.5]],
+    )
 
 
 def test_a_region_stands_in_the_picture_as_it_is_turned():
-    camera = SimCamera.above(REGION.rotated(90), SIZE, LENSES["none"], height_mm=4000, focal_px=1000)
-    np.testing.assert_allclose(camera.raw_from_field([[400, 0], [0, 400]]), [[639.5, 411.5], [539.5, 511.5]])
+    camera = SimCamera.above(
+        REGION.rotated(90), SIZE, LENSES["none"], height_mm=4000, focal_px=1000
+    )
+    np.testing.assert_allclose(
+        camera.raw_from_field([[400, 0], [0, 400]]), [[639.5, 411.5], [539.5, 511.5]]
+    )
 
 
-@pytest.mark.parametrize(("pose", "higher"), [({"tilt_deg": 10}, (0, 1)), ({"pan_deg": 10}, (1, 0))])
+@pytest.mark.parametrize(
+    ("pose", "higher"), [({"tilt_deg": 10}, (0, 1)), ({"pan_deg": 10}, (1, 0))]
+)
 def test_tilt_looks_up_the_picture_and_pan_to_its_right(pose, higher):
     camera = above(LENSES["none"], **pose, stand_mm=(0, 0))
     moved = camera.raw_from_field([0.0, 0.0]) - camera.centre_px
@@ -109,8 +152,18 @@ def test_a_higher_point_is_seen_farther_out():
     assert 1.02 < np.linalg.norm(high) / np.linalg.norm(flat) < 1.05  # 4150 / 4000, less the lens
 
 
-@pytest.mark.parametrize("lens", [BrownConrady(k1=-0.3), KannalaBrandt(k1=-0.2), Division(-0.3), Division(0.3),
-                                  BrownConrady(k1=-0.3, p1=0.01), BrownConrady(k4=0.4), Ssl(-0.3)])
+@pytest.mark.parametrize(
+    "lens",
+    [
+        BrownConrady(k1=-0.3),
+        KannalaBrandt(k1=-0.2),
+        Division(-0.3),
+        Division(0.3),
+        BrownConrady(k1=-0.3, p1=0.01),
+        BrownConrady(k4=0.4),
+        Ssl(-0.3),
+    ],
+)
 def test_a_point_out_of_reach_is_nan_not_a_guess(lens):
     """k1 alone folds back at r = 1/√(-3 k1); a pixel or a ray past the fold has no partner."""
     far = np.array([[8.0, 8, 1], [0, 0, -1], [0.1, 0.2, 1]])
@@ -122,8 +175,15 @@ def test_a_point_out_of_reach_is_nan_not_a_guess(lens):
     assert np.isnan(rays[0]).all() and np.isfinite(rays[1]).all()
 
 
-@pytest.mark.parametrize("lens", [*LENSES.values(), BrownConrady(k1=-0.3), BrownConrady(k1=-0.3, p1=0.02, p2=-0.01),
-                                  BROWN_CONRADY["rational"]])
+@pytest.mark.parametrize(
+    "lens",
+    [
+        *LENSES.values(),
+        BrownConrady(k1=-0.3),
+        BrownConrady(k1=-0.3, p1=0.02, p2=-0.01),
+        BROWN_CONRADY["rational"],
+    ],
+)
 def test_whatever_ray_a_point_gets_leads_back_to_it(lens):
     """Also close to the fold, where Newton's method can jump to the wrong side."""
     x = np.linspace(-1.2, 1.2, 401)
@@ -137,7 +197,9 @@ def test_whatever_ray_a_point_gets_leads_back_to_it(lens):
 
 def test_the_picture_ends_half_a_pixel_past_its_outer_pixel_centres():
     camera = reference_camera()
-    corners = np.array([[-0.5, -0.5], [1279.5, 1023.5], [1279.6, 0], [0, 1023.6], [-0.6, 0], [np.nan, np.nan]])
+    corners = np.array(
+        [[-0.5, -0.5], [1279.5, 1023.5], [1279.6, 0], [0, 1023.6], [-0.6, 0], [np.nan, np.nan]]
+    )
     assert camera.sees(corners).tolist() == [True, True, False, False, False, False]
 
 
@@ -173,21 +235,29 @@ def test_exact_clicks_lie_on_their_borders():
         field = camera.field_from_raw(points)
         assert points.shape == (9, 2)
         np.testing.assert_allclose(REGION.border(name).nearest(field), field, atol=1e-6)
-        np.testing.assert_allclose(field[[0, -1]], [REGION.border(name).start, REGION.border(name).end], atol=1e-6)
+        np.testing.assert_allclose(
+            field[[0, -1]], [REGION.border(name).start, REGION.border(name).end], atol=1e-6
+        )
 
 
 def test_noisy_clicks_miss_by_as_much_as_was_asked_and_repeat_with_the_seed():
     camera = reference_camera()
     exact = np.concatenate(list(border_clicks(camera, REGION, 500).values()))
-    noisy = [np.concatenate(list(border_clicks(camera, REGION, 500, 0.3, np.random.default_rng(s)).values()))
-             for s in (1, 1, 2)]
+    noisy = [
+        np.concatenate(
+            list(border_clicks(camera, REGION, 500, 0.3, np.random.default_rng(s)).values())
+        )
+        for s in (1, 1, 2)
+    ]
     assert (noisy[0] - exact).std() == pytest.approx(0.3, rel=0.05)
     assert (noisy[0] == noisy[1]).all() and (noisy[0] != noisy[2]).any()
 
 
 def test_clicks_anywhere_are_spread_and_clicks_outside_the_picture_are_left_out():
     camera = reference_camera()
-    raw, field = line_clicks(camera, REGION.border("top"), 40, rng=np.random.default_rng(3), anywhere=True)
+    raw, field = line_clicks(
+        camera, REGION.border("top"), 40, rng=np.random.default_rng(3), anywhere=True
+    )
     assert np.ptp(np.diff(field[:, 0])) > 10
     near = SimCamera.above(REGION, SIZE, LENSES["none"], height_mm=4000, focal_px=2500)
     raw, field = line_clicks(near, reference_field().lines["touch-line-top"], 40)
@@ -198,7 +268,9 @@ def test_clicks_anywhere_are_spread_and_clicks_outside_the_picture_are_left_out(
 def test_clicks_and_grids_come_as_observations():
     camera = reference_camera()
     borders = border_observations(camera, REGION, 9)
-    assert [(o.feature, o.kind, o.points.shape) for o in borders] == [(b, "line", (9, 2)) for b in BORDERS]
+    assert [(o.feature, o.kind, o.points.shape) for o in borders] == [
+        (b, "line", (9, 2)) for b in BORDERS
+    ]
     raw, field = known_grid(camera, REGION, 5, 4)
     marks = landmark_observations(raw, field)
     assert raw.shape == field.shape == (4, 5, 2) and len(marks) == 20

@@ -59,8 +59,9 @@ def test_a_knocked_camera_keeps_its_resolution():
     assert source.read().pixels.shape == (128, 160, 3)
 
 
-@pytest.mark.parametrize(("name", "value"), [("knock", 1e9), ("knock", "far"), ("softer", -1),
-                                             ("softer", float("nan"))])
+@pytest.mark.parametrize(
+    ("name", "value"), [("knock", 1e9), ("knock", "far"), ("softer", -1), ("softer", float("nan"))]
+)
 def test_what_no_camera_can_suffer_is_refused(name, value):
     source = opened()
     with pytest.raises(BadInput):

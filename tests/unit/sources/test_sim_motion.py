@@ -44,8 +44,7 @@ def test_a_robot_that_is_asked_to_stand_stands(seed):
     assert robots_at(play, FIELD, REGION, 0.0) == robots_at(play, FIELD, REGION, 50.0)
 
 
-@pytest.mark.parametrize(("seed", "seconds"), [
-    (2, 80), *(long(seed, 400) for seed in (1, 2, 3))])
+@pytest.mark.parametrize(("seed", "seconds"), [(2, 80), *(long(seed, 400) for seed in (1, 2, 3))])
 def test_the_ball_rolls_straight_between_kicks_and_bounces_and_stays_inside(seed, seconds):
     play, step_s = Motion(seed=seed, speed_mm_s=1000), 0.02
     path = np.array([ball_at(play, FIELD, REGION, t) for t in np.arange(0, seconds, step_s)])
@@ -62,18 +61,24 @@ def test_the_ball_rolls_straight_between_kicks_and_bounces_and_stays_inside(seed
     lengths = np.linalg.norm(along, axis=1) * np.linalg.norm(across, axis=1)
     # A kick or a grazing bounce that changes little is among them.
     assert np.quantile(np.abs(turn[lengths > 1] / lengths[lengths > 1]), 0.99) < 1e-6
-    bounced = ~straight & (np.abs(way[1:, 0] + way[:-1, 0]) < 2) & (np.abs(way[1:, 1] - way[:-1, 1]) < 2)
+    bounced = (
+        ~straight & (np.abs(way[1:, 0] + way[:-1, 0]) < 2) & (np.abs(way[1:, 1] - way[:-1, 1]) < 2)
+    )
     assert bounced.sum() >= 1  # off a goal line: x turns round, y goes on
 
 
 @seeds
 def test_people_start_at_an_edge_and_walk_across_the_lines_without_a_jump(seed):
     play, step_s = Motion(people=3, seed=seed, walk_mm_s=1400), 0.05
-    paths = np.array([[(p.x_mm, p.y_mm) for p in people_at(play, REGION, t)] for t in np.arange(0, 120, step_s)])
+    paths = np.array(
+        [[(p.x_mm, p.y_mm) for p in people_at(play, REGION, t)] for t in np.arange(0, 120, step_s)]
+    )
     speed = np.linalg.norm(np.diff(paths, axis=0), axis=-1) / step_s
     assert speed.max() < 1.21 * 1400 and np.median(speed) > 0.7 * 1400
     outside = np.maximum(np.abs(paths[0]) - (FIELD.length_mm / 2, FIELD.width_mm / 2), 0)
-    assert (np.abs(np.abs(paths[0]) - (FIELD.length_mm / 2, FIELD.width_mm / 2)).min(axis=1) < 500).all()
+    assert (
+        np.abs(np.abs(paths[0]) - (FIELD.length_mm / 2, FIELD.width_mm / 2)).min(axis=1) < 500
+    ).all()
     assert outside.max() < 200
     sides = np.sign(paths[..., 1])
     # everybody crosses the middle within two minutes
@@ -85,9 +90,13 @@ def test_people_who_are_asked_to_stand_stand():
     assert people_at(play, REGION, 0.0) == people_at(play, REGION, 9.0)
 
 
-OUTLINES = {"disc": Disc((10.0, 20.0), 90.0), "capsule": Capsule((0.0, -190.0), (0.0, 190.0), 120.0),
-            "shoe": Capsule((-40.0, -90.0), (70.0, 30.0), 48.0), "robot": CutDisc((5.0, -8.0), 90.0, 0.7, 72.0),
-            "wall": Box((3.0, 4.0), (50.0, 80.0), 0.4)}
+OUTLINES = {
+    "disc": Disc((10.0, 20.0), 90.0),
+    "capsule": Capsule((0.0, -190.0), (0.0, 190.0), 120.0),
+    "shoe": Capsule((-40.0, -90.0), (70.0, 30.0), 48.0),
+    "robot": CutDisc((5.0, -8.0), 90.0, 0.7, 72.0),
+    "wall": Box((3.0, 4.0), (50.0, 80.0), 0.4),
+}
 
 
 @pytest.mark.parametrize("outline", OUTLINES.values(), ids=OUTLINES)
@@ -96,8 +105,13 @@ def test_a_swept_outline_is_the_nearest_of_all_its_places(outline):
     x, y = rng.uniform(-250, 250, (2, 4000)).astype(np.float32)
     dx, dy = rng.uniform(-150, 150, (2, 4000)).astype(np.float32)
     dx[:400] = 0
-    every = np.min([outline.distance(x + t * dx, y + t * dy) for t in np.linspace(0, 1, 1001, dtype=np.float32)],
-                   axis=0)
+    every = np.min(
+        [
+            outline.distance(x + t * dx, y + t * dy)
+            for t in np.linspace(0, 1, 1001, dtype=np.float32)
+        ],
+        axis=0,
+    )
     off = outline.swept(x, y, dx, dy) - every
     assert np.abs(off[np.abs(every) < 20]).max() < 0.5  # mm; a pixel is 5 mm and more
     assert outline.swept(x, y, dx, dy).dtype == np.float32  # 64 bits take twice as long
@@ -132,7 +146,9 @@ def test_the_carpet_is_seen_where_nothing_stands_before_it():
     robots = np.array([(r.x_mm, r.y_mm) for r in truth.robots])
     assert not truth.carpet_seen(robots).any()
     assert truth.carpet_seen(np.array([[99_000.0, 0.0]])).tolist() == [False]
-    spots = np.stack(np.meshgrid(np.linspace(-4000, 4000, 40), np.linspace(-2800, 2800, 30)), axis=-1)
+    spots = np.stack(
+        np.meshgrid(np.linspace(-4000, 4000, 40), np.linspace(-2800, 2800, 30)), axis=-1
+    )
     seen = truth.carpet_seen(spots)
     assert seen.shape == (30, 40) and 0.85 < seen.mean() < 1
     assert truth_at(rendering(Motion(robots=0)), 0.0).carpet_seen(spots).all()

@@ -23,15 +23,29 @@ EMPTY = Motion(robots=0)
 QUIET = Sensor(blur_px=0.65, noise=0)
 
 
-def above(lens: str = "strong", region: str = "full", size: ImageSize = SIZE, height_mm: float = 6500,
-          **pose) -> SimCamera:
+def above(
+    lens: str = "strong",
+    region: str = "full",
+    size: ImageSize = SIZE,
+    height_mm: float = 6500,
+    **pose,
+) -> SimCamera:
     return SimCamera.above(FIELD.regions[region], size, LENSES[lens], height_mm=height_mm, **pose)
 
 
 @lru_cache(maxsize=1)
-def rendering(lens: str = "strong", region: str = "full", play: Motion = EMPTY, light: Light = PLAIN,
-              sensor: Sensor = QUIET, size: ImageSize = SIZE, **pose) -> Rendering:
-    return Rendering.of(above(lens, region, size, **pose), FIELD, FIELD.regions[region], play, light, sensor)
+def rendering(
+    lens: str = "strong",
+    region: str = "full",
+    play: Motion = EMPTY,
+    light: Light = PLAIN,
+    sensor: Sensor = QUIET,
+    size: ImageSize = SIZE,
+    **pose,
+) -> Rendering:
+    return Rendering.of(
+        above(lens, region, size, **pose), FIELD, FIELD.regions[region], play, light, sensor
+    )
 
 
 @lru_cache
@@ -39,9 +53,16 @@ def clear(marking) -> np.ndarray:
     return clear_of_others(FIELD, marking, 200)
 
 
-@pytest.mark.parametrize(("lens", "pose"), [("strong", {}), ("none", {"tilt_deg": 12, "roll_deg": 4}),
-                                            ("pincushion", {"tilt_deg": 7}), ("crooked", {"roll_deg": 30}),
-                                            ("fisheye", {"tilt_deg": 20, "pan_deg": 9})])
+@pytest.mark.parametrize(
+    ("lens", "pose"),
+    [
+        ("strong", {}),
+        ("none", {"tilt_deg": 12, "roll_deg": 4}),
+        ("pincushion", {"tilt_deg": 7}),
+        ("crooked", {"roll_deg": 30}),
+        ("fisheye", {"tilt_deg": 20, "pan_deg": 9}),
+    ],
+)
 def test_the_centre_of_every_rendered_line_is_where_the_truth_says(lens, pose):
     shown = rendering(lens, **pose)
     picture = shown.frame(0)[..., 2]
@@ -82,21 +103,28 @@ def test_lines_end_where_they_end_and_arcs_too():
     mm_per_px = 6500 / camera.focal_px[0]
     line = FIELD.lines["defence-left-front"]
     assert line_coverage(ground, line, 0.65)[1].sum() == pytest.approx(
-        (line.length_mm + line.width_mm) * line.width_mm / mm_per_px**2, rel=1e-4)
+        (line.length_mm + line.width_mm) * line.width_mm / mm_per_px**2, rel=1e-4
+    )
     arc = load_fields()["ssl-2008"].arcs["defence-right-arc-bottom"]
-    assert arc_coverage(ground, arc, 0.65)[1].sum() == pytest.approx(arc.length_mm * 10 / mm_per_px**2, rel=2e-3)
+    assert arc_coverage(ground, arc, 0.65)[1].sum() == pytest.approx(
+        arc.length_mm * 10 / mm_per_px**2, rel=2e-3
+    )
 
 
 def test_the_normal_distribution_is_good_to_a_ten_millionth():
     from math import erf, sqrt
+
     z = np.linspace(-6, 6, 1201)
-    np.testing.assert_allclose(normal_cdf(z), [0.5 * (1 + erf(v / sqrt(2))) for v in z], rtol=0, atol=2e-7)
+    np.testing.assert_allclose(
+        normal_cdf(z), [0.5 * (1 + erf(v / sqrt(2))) for v in z], rtol=0, atol=2e-7
+    )
 
 
 def test_the_same_arguments_give_the_same_picture_and_another_seed_another():
     def first(seed: int) -> np.ndarray:
         camera = above(size=ImageSize(320, 256))
         return Rendering.of(camera, FIELD, FIELD.regions["full"], Motion(6, 1, seed)).frame(3)
+
     assert (first(1) == first(1)).all()
     assert (first(1) != first(2)).mean() > 0.5
 
@@ -104,42 +132,57 @@ def test_the_same_arguments_give_the_same_picture_and_another_seed_another():
 def test_any_frame_can_be_asked_for_in_any_order():
     shown = rendering(play=Motion(6), sensor=Sensor(), size=ImageSize(320, 256))
     later, sooner = shown.frame(40), shown.frame(0)
-    assert (shown.frame(40) == later).all() and (shown.frame(0) == sooner).all() and (later != sooner).any()
+    assert (
+        (shown.frame(40) == later).all()
+        and (shown.frame(0) == sooner).all()
+        and (later != sooner).any()
+    )
 
 
 def test_noise_is_as_strong_as_asked_and_new_in_every_frame():
     shown = rendering(sensor=Sensor(noise=4.0))
     first, second = (shown.frame(i).astype(float)[300:400, 300:500] for i in (0, 1))
     assert (first - second).std() == pytest.approx(4 * np.sqrt(2), rel=0.05)
-    assert abs(np.corrcoef((first - second)[:, :-1].ravel(), (first - second)[:, 1:].ravel())[0, 1]) < 0.05
+    assert (
+        abs(np.corrcoef((first - second)[:, :-1].ravel(), (first - second)[:, 1:].ravel())[0, 1])
+        < 0.05
+    )
 
 
 @pytest.mark.parametrize("pose", [long({}), {"tilt_deg": 20}])
 def test_a_robots_pattern_is_seen_at_the_height_of_its_hat(pose):
     """Robots are 150 mm high: their middle dot is seen farther out than they stand."""
-    shown = rendering(region="quarter-top-left", play=Motion(robots=8, seed=5), height_mm=4000, **pose)
+    shown = rendering(
+        region="quarter-top-left", play=Motion(robots=8, seed=5), height_mm=4000, **pose
+    )
     picture, parallax = shown.frame(0).astype(float), []
     for robot in robots_in(shown, 0):
-        hat, foot = shown.camera.raw_from_field([[robot.x_mm, robot.y_mm, 150], [robot.x_mm, robot.y_mm, 0]])
+        hat, foot = shown.camera.raw_from_field(
+            [[robot.x_mm, robot.y_mm, 150], [robot.x_mm, robot.y_mm, 0]]
+        )
         parallax.append(np.linalg.norm(hat - foot))
         (x, y), reach = np.rint(hat).astype(int), 6
-        patch = picture[y - reach:y + reach + 1, x - reach:x + reach + 1]
+        patch = picture[y - reach : y + reach + 1, x - reach : x + reach + 1]
         channel = patch[..., 2] if robot.team == "yellow" else patch[..., 0]
         weight = np.maximum(channel - 60, 0)
-        ys, xs = np.mgrid[-reach:reach + 1, -reach:reach + 1]
+        ys, xs = np.mgrid[-reach : reach + 1, -reach : reach + 1]
         away = np.hypot(xs + x - hat[0], ys + y - hat[1])
         weight = weight * (away < reach)
-        seen = hat - (x, y) - ((weight * xs).sum() / weight.sum(), (weight * ys).sum() / weight.sum())
+        seen = (
+            hat - (x, y) - ((weight * xs).sum() / weight.sum(), (weight * ys).sum() / weight.sum())
+        )
         assert np.linalg.norm(seen) < 0.25, f"{robot.team} {robot.number} is off by {seen}"
     assert max(parallax) > 10
 
 
 def test_a_ball_is_seen_at_its_own_height():
-    shown = rendering(region="quarter-top-left", play=Motion(robots=1, seed=2), height_mm=4000, tilt_deg=25)
+    shown = rendering(
+        region="quarter-top-left", play=Motion(robots=1, seed=2), height_mm=4000, tilt_deg=25
+    )
     picture = shown.frame(0).astype(float)
     x, y = ball_at(shown.motion, FIELD, shown.region, 0.0)
     near = np.rint(shown.camera.raw_from_field([x, y, 21.5])).astype(int)
-    ys, xs = np.mgrid[near[1] - 12:near[1] + 13, near[0] - 12:near[0] + 13]
+    ys, xs = np.mgrid[near[1] - 12 : near[1] + 13, near[0] - 12 : near[0] + 13]
     weight = np.maximum(picture[ys, xs, 2] - picture[ys, xs, 1] - 40, 0)
     seen = np.array([(weight * xs).sum(), (weight * ys).sum()]) / weight.sum()
     # the shine is off the middle
@@ -158,9 +201,13 @@ def test_robots_move_smoothly_and_stay_apart_and_inside():
 
 
 def test_people_hide_parts_of_lines():
-    alone, crowded = (rendering(play=Motion(robots=0, people=n, seed=4)).frame(0).astype(int) for n in (0, 4))
+    alone, crowded = (
+        rendering(play=Motion(robots=0, people=n, seed=4)).frame(0).astype(int) for n in (0, 4)
+    )
     camera = above()
-    edge = np.concatenate([FIELD.lines[n].sample(600) for n in FIELD.lines if "line" in n and n != "centre-line"])
+    edge = np.concatenate(
+        [FIELD.lines[n].sample(600) for n in FIELD.lines if "line" in n and n != "centre-line"]
+    )
     x, y = np.rint(camera.raw_from_field(edge)).astype(int).T
     hidden = (np.abs(alone - crowded).sum(axis=2) > 60)[y, x]
     assert 0.005 < hidden.mean() < 0.3
@@ -171,7 +218,9 @@ def test_light_falls_off_towards_the_corners_and_blur_widens_lines():
     ratio = dark.frame(0)[..., 1] / np.maximum(even.frame(0)[..., 1], 1.0)
     assert ratio[512, 640] > 0.98 and 0.4 < ratio[5, 5] < 0.65
     on_a_line = tuple(np.rint(above().raw_from_field([0.0, 2000.0])).astype(int)[::-1])
-    sharp, soft = (int(rendering(sensor=Sensor(b, 0)).frame(0)[..., 2][on_a_line]) for b in (0.5, 1.5))
+    sharp, soft = (
+        int(rendering(sensor=Sensor(b, 0)).frame(0)[..., 2][on_a_line]) for b in (0.5, 1.5)
+    )
     assert sharp > soft + 30
 
 
@@ -188,7 +237,14 @@ def test_a_picture_costs_a_small_part_of_what_stays_the_same_in_all():
 
 @pytest.mark.filterwarnings("error")
 def test_above_the_horizon_there_is_picture_all_the_same():
-    camera = above("none", size=ImageSize(320, 256), tilt_deg=60, height_mm=3000, focal_px=150, stand_mm=(2000, 0))
+    camera = above(
+        "none",
+        size=ImageSize(320, 256),
+        tilt_deg=60,
+        height_mm=3000,
+        focal_px=150,
+        stand_mm=(2000, 0),
+    )
     shown = Rendering.of(camera, FIELD, FIELD.regions["full"], Motion(robots=8, people=3))
     assert np.isnan(camera.field_from_raw(np.array([160.0, 0.0]))).all()
     greener = shown.frame(0)[..., 1].astype(int) - shown.frame(0)[..., 2]

@@ -43,6 +43,7 @@ def test_gain_amplifies_the_noise_and_exposure_does_not():
     def noise(source) -> float:
         a, b = (source.read().pixels[150:330, 200:440].astype(float) for _ in range(2))
         return float((a - b).std() / np.sqrt(2))
+
     source = sim(QUIET.replace("noise=0", "noise=3&light=0.5"))
     usual = noise(source)
     source.set_control("exposure", 2000)
@@ -56,7 +57,9 @@ def test_a_higher_white_balance_is_warmer():
     blue, green, red = middle(source)
     source.set_control("white_balance", 8000.0)
     warm = middle(source)
-    assert warm[0] < 0.85 * blue and warm[1] == pytest.approx(green, abs=0.5) and warm[2] > 1.2 * red
+    assert (
+        warm[0] < 0.85 * blue and warm[1] == pytest.approx(green, abs=0.5) and warm[2] > 1.2 * red
+    )
 
 
 def test_an_automatic_exposure_follows_the_light():
@@ -93,7 +96,9 @@ def test_another_resolution_shows_the_same_view_and_the_truth_with_it():
     assert np.median(away) <= 1 and np.quantile(away, 0.999) < 30
     marks = np.array([line.sample(5)[2] for line in FIELDS["ssl-div-b"].lines.values()])
     camera = source.camera
-    np.testing.assert_allclose(2 * camera.raw_from_field(marks) + 0.5, sim().camera.raw_from_field(marks), atol=1e-9)
+    np.testing.assert_allclose(
+        2 * camera.raw_from_field(marks) + 0.5, sim().camera.raw_from_field(marks), atol=1e-9
+    )
     source.set_control("resolution", "640x480")
     assert source.read().pixels.shape == (480, 640, 3)
 
@@ -121,9 +126,11 @@ def test_time_goes_by_while_no_picture_is_made():
 
 def test_what_a_camera_keeps_is_little():
     """Where its pixels look, two planes; their blur and light; the still picture in 16 bits; a picture: 25 bytes."""
+
     def open_and_read():
         source = sim(QUIET.replace("noise=0", "noise=2"))
         return source, source.read()
+
     open_and_read()  # what all cameras share
     gc.collect()
     tracemalloc.start()
@@ -137,10 +144,23 @@ def test_what_a_camera_keeps_is_little():
     assert source.rendering.camera.image_size == frame.size
 
 
-@pytest.mark.parametrize(("name", "value"), [
-    ("exposure", float("nan")), ("exposure", 0), ("exposure", "bright"), ("exposure", True), ("gain", "auto"),
-    ("gain", -1), ("white_balance", 1e9), ("resolution", "1x1"), ("resolution", 3), ("frame_rate", 0),
-    ("frame_rate", None), ("frame_rate", [])])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("exposure", float("nan")),
+        ("exposure", 0),
+        ("exposure", "bright"),
+        ("exposure", True),
+        ("gain", "auto"),
+        ("gain", -1),
+        ("white_balance", 1e9),
+        ("resolution", "1x1"),
+        ("resolution", 3),
+        ("frame_rate", 0),
+        ("frame_rate", None),
+        ("frame_rate", []),
+    ],
+)
 def test_a_setting_that_cannot_be_is_refused_with_what_can(name, value):
     source = sim()
     before = source.controls()
@@ -158,17 +178,29 @@ def test_an_unknown_setting_lists_the_known_ones():
 
 def test_a_serial_number_tells_two_cameras_apart_and_a_place_does_without_one():
     one, other = (sim(f"{QUIET}&serial={s}").identity() for s in ("A1", "B2"))
-    assert "serial" in one.differs_from(other) and one.differs_from(sim(f"{QUIET}&serial=A1").identity()) is None
+    assert (
+        "serial" in one.differs_from(other)
+        and one.differs_from(sim(f"{QUIET}&serial=A1").identity()) is None
+    )
     left, right = (sim(f"{QUIET}&cameras=2&camera={i}").identity() for i in (0, 1))
     assert left.differs_from(right) and left.differs_from(left) is None and left.serial == ""
     with pytest.raises(BadInput):
         sim(f"{QUIET}&serial={'x' * 101}")
 
 
-@pytest.mark.parametrize(("given", "lens"), [
-    ("lens=ssl&a=0.2", Ssl(0.2)), ("lens=division&k=-0.1", Division(-0.1)),
-    ("lens=brown-conrady&k1=-0.2&k2=0.03&p1=0.001&k4=0.01", BrownConrady(-0.2, 0.03, 0.001, k4=0.01)),
-    ("lens=strong&k3=0.01", BrownConrady(-0.28, 0.09, k3=0.01)), ("lens=fisheye", LENSES["fisheye"])])
+@pytest.mark.parametrize(
+    ("given", "lens"),
+    [
+        ("lens=ssl&a=0.2", Ssl(0.2)),
+        ("lens=division&k=-0.1", Division(-0.1)),
+        (
+            "lens=brown-conrady&k1=-0.2&k2=0.03&p1=0.001&k4=0.01",
+            BrownConrady(-0.2, 0.03, 0.001, k4=0.01),
+        ),
+        ("lens=strong&k3=0.01", BrownConrady(-0.28, 0.09, k3=0.01)),
+        ("lens=fisheye", LENSES["fisheye"]),
+    ],
+)
 def test_a_lens_is_a_preset_with_terms_by_name(given, lens):
     assert sim(f"{QUIET}&{given}").camera.lens == lens
 
@@ -219,7 +251,11 @@ def test_the_time_survives_shrinking_and_jpeg(seed, width):
     picture = cv2.resize(picture, (1920, 1080), interpolation=cv2.INTER_LINEAR)
     stamp = int(rng.integers(1 << 41))
     timecode.paint(picture, stamp)
-    small = cv2.resize(picture, (width, width * 9 // 16), interpolation=[cv2.INTER_AREA, cv2.INTER_LINEAR][seed % 2])
+    small = cv2.resize(
+        picture,
+        (width, width * 9 // 16),
+        interpolation=[cv2.INTER_AREA, cv2.INTER_LINEAR][seed % 2],
+    )
     jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 60])[1]
     assert read_timecode(cv2.imdecode(jpeg, cv2.IMREAD_COLOR)) == stamp
     assert read_timecode(cv2.imdecode(jpeg, cv2.IMREAD_GRAYSCALE)) == stamp
@@ -227,14 +263,18 @@ def test_the_time_survives_shrinking_and_jpeg(seed, width):
 
 def test_a_time_that_is_not_there_is_not_read():
     rng = np.random.default_rng(0)
-    assert all(read_timecode(rng.integers(0, 255, (90, 320, 3), np.uint8)) is None for _ in range(200))
+    assert all(
+        read_timecode(rng.integers(0, 255, (90, 320, 3), np.uint8)) is None for _ in range(200)
+    )
     assert read_timecode(sim().read().pixels) is None
     assert read_timecode(np.zeros((8, 8, 3), np.uint8)) is None
     picture = np.zeros((270, 480, 3), np.uint8)
     timecode.paint(picture, 1_763_700_000_000)
     for cell in (0, 9, 30, 51, 55, 63):  # one cell turned round, anywhere
         broken = picture.copy()
-        broken[5:10, 5 + 5 * cell:10 + 5 * cell] = 255 - broken[5:10, 5 + 5 * cell:10 + 5 * cell]
+        broken[5:10, 5 + 5 * cell : 10 + 5 * cell] = (
+            255 - broken[5:10, 5 + 5 * cell : 10 + 5 * cell]
+        )
         assert read_timecode(broken) is None
     with pytest.raises(ValueError, match="not a time"):
         timecode.paint(picture, 1 << 48)

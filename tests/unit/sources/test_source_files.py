@@ -17,11 +17,17 @@ from touchline.sources import SourceContext, source_from_url
 
 CANARY = 77  # the grey of the one picture that must not be seen
 FILM = "fields/robocin/static.mp4"
-FILMS = ("motion/foosball/sample.avi", "motion/pool_smartcue/2019_PoolChamp_Clip1.mp4",
-         "motion/pool_smartcue/2019_PoolChamp_Clip2.mp4", "motion/pool_smartcue/2019_PoolChamp_Clip6.mp4",
-         "motion/pool_smartcue/2019_PoolChamp_Clip9.mp4", "motion/pool_smartcue/2019_PoolChamp_Clip11.mp4",
-         "motion/pool_smartcue/2019_PoolChamp_Clip15.mp4", "fields/robocin/all_tags.mp4",
-         "fields/vss_sdk/robot_move.mp4")
+FILMS = (
+    "motion/foosball/sample.avi",
+    "motion/pool_smartcue/2019_PoolChamp_Clip1.mp4",
+    "motion/pool_smartcue/2019_PoolChamp_Clip2.mp4",
+    "motion/pool_smartcue/2019_PoolChamp_Clip6.mp4",
+    "motion/pool_smartcue/2019_PoolChamp_Clip9.mp4",
+    "motion/pool_smartcue/2019_PoolChamp_Clip11.mp4",
+    "motion/pool_smartcue/2019_PoolChamp_Clip15.mp4",
+    "fields/robocin/all_tags.mp4",
+    "fields/vss_sdk/robot_move.mp4",
+)
 
 
 @pytest.fixture
@@ -145,7 +151,10 @@ def film_of(path, pictures) -> None:
 def test_a_film_may_change_its_size(around):
     """A recorder that goes on after the camera was set to another resolution writes such a film."""
     sizes = [(64, 48)] * 3 + [(96, 72)] * 3
-    film_of(around.pictures / "film.avi", (np.full((h, w, 3), 20 * n, np.uint8) for n, (w, h) in enumerate(sizes)))
+    film_of(
+        around.pictures / "film.avi",
+        (np.full((h, w, 3), 20 * n, np.uint8) for n, (w, h) in enumerate(sizes)),
+    )
     source = source_from_url("video://film.avi?pace=fast", around)
     seen = [source.read() for _ in sizes]
     assert [tuple(frame.size) for frame in seen] == sizes
@@ -187,8 +196,14 @@ def test_a_hundred_loops_keep_no_memory_no_file_and_no_thread(around, loops):
     source = source_from_url("video://film.avi?pace=fast", around)
 
     def held() -> tuple[int, int, int]:
-        status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
-        return int(status["VmRSS"].split()[0]), len(list(Path("/proc/self/fd").iterdir())), int(status["Threads"])
+        status = dict(
+            line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines()
+        )
+        return (
+            int(status["VmRSS"].split()[0]),
+            len(list(Path("/proc/self/fd").iterdir())),
+            int(status["Threads"]),
+        )
 
     shown(source, 100)
     gc.collect()  # what earlier tests have left would be closed meanwhile
@@ -203,9 +218,12 @@ def test_a_playlist_that_calls_itself_a_film_opens_nothing(around):
     film(around.pictures / "real.avi")
     neighbour = around.pictures.parent / "secret.avi"
     film(neighbour)
-    texts = {"concat.mp4": f"ffconcat version 1.0\nfile '{neighbour}'\n",
-             "list.mkv": f"#EXTM3U\n#EXTINF:1,\n{neighbour}\n",
-             "stream.mov": f"v=0\nm=video 5000 RTP/AVP 26\nc=IN IP4 127.0.0.1\n#{neighbour}\n", "empty.avi": ""}
+    texts = {
+        "concat.mp4": f"ffconcat version 1.0\nfile '{neighbour}'\n",
+        "list.mkv": f"#EXTM3U\n#EXTINF:1,\n{neighbour}\n",
+        "stream.mov": f"v=0\nm=video 5000 RTP/AVP 26\nc=IN IP4 127.0.0.1\n#{neighbour}\n",
+        "empty.avi": "",
+    }
     for name, text in texts.items():
         (around.pictures / name).write_text(text)
         with pytest.raises(BadInput) as refused:
@@ -228,8 +246,10 @@ def test_ffmpeg_itself_opens_no_playlist(tmp_path):
 
     real = tmp_path / "film.avi"
     film(real)
-    for name, text in (("list.ffconcat", f"ffconcat version 1.0\nfile '{real}'\n"),
-                       ("list.m3u8", f"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nfile://{real}\n")):
+    for name, text in (
+        ("list.ffconcat", f"ffconcat version 1.0\nfile '{real}'\n"),
+        ("list.m3u8", f"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nfile://{real}\n"),
+    ):
         (tmp_path / name).write_text(text)
         assert VideoDecoder.open(str(tmp_path / name)) is None
     assert VideoDecoder.open(f"concat:{real}") is None
@@ -242,18 +262,74 @@ def traversals(root) -> list[str]:
     """Ways to write the path of a file outside the folder."""
     outside = root.parent
     names = ["secret", f"{outside}/secret", "link", "folder-link/secret", "loop"]
-    names += [prefix + "secret" for prefix in (
-        "../", "..%2f", "%2e%2e/", "%2e%2e%2f", "..%252f", "%252e%252e%252f", "....//", "..//", ".././", "./../",
-        "..\\", "..%5c", "%c0%ae%c0%ae/", "..%c0%af", "..;/", "%00../", "../%00", "folder/../../", "folder/..%2f../",
-        "//../", f"/proc/self/cwd/{outside}/", f"/proc/self/root{outside}/", f"/proc/1/root{outside}/",
-        "/dev/fd/../../../",
-        f"file:{outside}/", f"file://{outside}/", f"concat:{outside}/", f"subfile,,start,0,end,0,,:{outside}/",
-        f"cache:{outside}/", f"async:{outside}/", f"crypto:{outside}/", f"data:{outside}/", f"pipe:{outside}/",
-        f"tee:{outside}/", f"ffconcat:{outside}/", "~/", "~root/", "$PWD/../", "${PWD}/../", "`pwd`/../", "*/../../",
-        "folder%0a/../../", "folder%0d%0a../../", "．．/", "‥/", "..／", "folder/%2e%2e/%2e%2e/", "/" * 40 + "../")]
-    names += [f"{name}%00.png" for name in names] + [f"{name}%20" for name in names] + [f"{name}?x" for name in names]
-    names += [f"/proc/self/fd/{n}" for n in range(12)] + ["/dev/stdin", "/dev/zero", "/etc/passwd", "/dev/video0",
-                                                          "%02d", "img%02d", "[a-z]*", *V4L2_PATHS]
+    names += [
+        prefix + "secret"
+        for prefix in (
+            "../",
+            "..%2f",
+            "%2e%2e/",
+            "%2e%2e%2f",
+            "..%252f",
+            "%252e%252e%252f",
+            "....//",
+            "..//",
+            ".././",
+            "./../",
+            "..\\",
+            "..%5c",
+            "%c0%ae%c0%ae/",
+            "..%c0%af",
+            "..;/",
+            "%00../",
+            "../%00",
+            "folder/../../",
+            "folder/..%2f../",
+            "//../",
+            f"/proc/self/cwd/{outside}/",
+            f"/proc/self/root{outside}/",
+            f"/proc/1/root{outside}/",
+            "/dev/fd/../../../",
+            f"file:{outside}/",
+            f"file://{outside}/",
+            f"concat:{outside}/",
+            f"subfile,,start,0,end,0,,:{outside}/",
+            f"cache:{outside}/",
+            f"async:{outside}/",
+            f"crypto:{outside}/",
+            f"data:{outside}/",
+            f"pipe:{outside}/",
+            f"tee:{outside}/",
+            f"ffconcat:{outside}/",
+            "~/",
+            "~root/",
+            "$PWD/../",
+            "${PWD}/../",
+            "`pwd`/../",
+            "*/../../",
+            "folder%0a/../../",
+            "folder%0d%0a../../",
+            "．．/",
+            "‥/",
+            "..／",
+            "folder/%2e%2e/%2e%2e/",
+            "/" * 40 + "../",
+        )
+    ]
+    names += (
+        [f"{name}%00.png" for name in names]
+        + [f"{name}%20" for name in names]
+        + [f"{name}?x" for name in names]
+    )
+    names += [f"/proc/self/fd/{n}" for n in range(12)] + [
+        "/dev/stdin",
+        "/dev/zero",
+        "/etc/passwd",
+        "/dev/video0",
+        "%02d",
+        "img%02d",
+        "[a-z]*",
+        *V4L2_PATHS,
+    ]
     return names
 
 
@@ -272,7 +348,12 @@ def test_five_hundred_ways_out_of_the_folder_show_nothing(around):
         (root / f"link{suffix}").symlink_to(outside / f"secret{suffix}")
     tried = 0
     for name in traversals(root):
-        for url in (f"picture://{name}.png", f"picture://{name}", f"video://{name}.avi", f"folder://{name}"):
+        for url in (
+            f"picture://{name}.png",
+            f"picture://{name}",
+            f"video://{name}.avi",
+            f"folder://{name}",
+        ):
             tried += 1
             try:
                 frame = source_from_url(url, around).read()

@@ -18,7 +18,12 @@ from touchline.core.errors import BadImage, Unavailable
 from touchline.images.in_process import decode_in_process, read_in_process
 from touchline.images.screen import screen
 from touchline.sources import SourceContext, source_from_url
-from touchline.sources.network.http_mjpeg import MAX_PART, MultipartParser, PartTooLarge, boundary_of
+from touchline.sources.network.http_mjpeg import (
+    MAX_PART,
+    MultipartParser,
+    PartTooLarge,
+    boundary_of,
+)
 
 AROUND = SourceContext(decode=decode_in_process, read=read_in_process, hosts=("127.0.0.1",))
 SEEN_S = 20.0  # generous, for a busy machine
@@ -58,8 +63,10 @@ FORMS = {
     "in chunks without lengths": {"chunked": True, "with_length": False},
     "boundary in quotes": {"announced": f'multipart/x-mixed-replace; boundary="{BOUNDARY}"'},
     "dashes announced too": {"announced": f"multipart/x-mixed-replace;boundary=--{BOUNDARY}"},
-    "dashes announced and sent twice": {"announced": f"multipart/x-mixed-replace;boundary=--{BOUNDARY}",
-                                        "mark": f"----{BOUNDARY}"},
+    "dashes announced and sent twice": {
+        "announced": f"multipart/x-mixed-replace;boundary=--{BOUNDARY}",
+        "mark": f"----{BOUNDARY}",
+    },
     "dashes sent twice, without lengths": {"mark": f"----{BOUNDARY}", "with_length": False},
     "shouting": {"announced": f"Multipart/X-Mixed-Replace; Boundary={BOUNDARY}"},
 }
@@ -70,7 +77,9 @@ def test_every_form_of_the_stream_gives_each_picture_once(camera, form):
     for name, value in form.items():
         setattr(camera, name, value)
     with contextlib.closing(source_from_url(camera.url, AROUND)) as source:
-        assert [bar(source.read()) for _ in range(25)] == [n % 20 for n in range(25)] and source.skipped == 0
+        assert [bar(source.read()) for _ in range(25)] == [
+            n % 20 for n in range(25)
+        ] and source.skipped == 0
     assert camera.requests[0][0] == "/video?resolution=320x240"
 
 
@@ -86,7 +95,9 @@ def test_a_picture_is_given_when_it_is_whole_though_no_length_was_told(camera):
 def test_a_camera_that_asks_for_a_login_gets_it(camera, kind):
     camera.login = kind
     for url in (camera.url, camera.picture_url):
-        with contextlib.closing(source_from_url(url.replace("://", "://op:s3cret%2F@") + "#fps=100", AROUND)) as source:
+        with contextlib.closing(
+            source_from_url(url.replace("://", "://op:s3cret%2F@") + "#fps=100", AROUND)
+        ) as source:
             assert [source.read().size.width for _ in range(5)] == [320] * 5
             assert "s3cret" not in repr(source.identity())
     for wrong in (camera.url, camera.url.replace("://", "://op:wrong@")):
@@ -117,7 +128,9 @@ def test_a_single_picture_is_asked_for_anew_when_the_camera_hangs_up_between(cam
 
 def test_every_connection_is_our_own_and_pinned(camera, monkeypatch):
     """The standard library's client would connect by itself, to wherever the name leads by then."""
-    monkeypatch.setattr("http.client.HTTPConnection.connect", lambda client: pytest.fail("it connected by itself"))
+    monkeypatch.setattr(
+        "http.client.HTTPConnection.connect", lambda client: pytest.fail("it connected by itself")
+    )
     camera.hangs_up = True
     with contextlib.closing(source_from_url(camera.picture_url + "#fps=50", AROUND)) as source:
         for _ in range(4):
@@ -163,8 +176,15 @@ def test_a_camera_that_loses_its_power_or_never_answers_is_seen(camera, source):
     assert refused.value.reason == "camera-unreachable"
 
 
-@pytest.mark.parametrize(("status", "reason"), [("404 Not Found", "unknown-stream"), ("403 No", "camera-login"),
-                                                ("503 Busy", "camera-refuses"), ("301 Moved", "camera-redirects")])
+@pytest.mark.parametrize(
+    ("status", "reason"),
+    [
+        ("404 Not Found", "unknown-stream"),
+        ("403 No", "camera-login"),
+        ("503 Busy", "camera-refuses"),
+        ("301 Moved", "camera-redirects"),
+    ],
+)
 def test_a_cameras_refusal_is_told_in_words(camera, status, reason):
     camera.status = status
     with pytest.raises(Unavailable) as refused:
@@ -180,7 +200,14 @@ def test_a_page_is_no_camera(camera):
 
 
 def test_odd_parts_between_the_pictures_are_left_out_and_counted(camera):
-    odd = [b"", b"rubbish" * 200, coded(3)[:900], b"--" + BOUNDARY.encode(), b"\xff\xd8\xff\xd9", bytes(70_000)]
+    odd = [
+        b"",
+        b"rubbish" * 200,
+        coded(3)[:900],
+        b"--" + BOUNDARY.encode(),
+        b"\xff\xd8\xff\xd9",
+        bytes(70_000),
+    ]
     camera.parts = lambda n: [odd[n % len(odd)], coded(n)]
     camera.with_length = False
     with contextlib.closing(source_from_url(camera.url, AROUND)) as source:
@@ -203,7 +230,10 @@ def test_pictures_that_only_their_headers_are_whole_of_are_no_stream_of_pictures
     damaged[damaged.index(b"\xff\xdb") + 4] = 0x0F  # a table that no picture has
     assert not is_screened_out(bytes(damaged))
     camera.fps, camera.parts = 200, lambda n: [bytes(damaged)]
-    with pytest.raises(Unavailable) as refused, contextlib.closing(source_from_url(camera.url, AROUND)) as source:
+    with (
+        pytest.raises(Unavailable) as refused,
+        contextlib.closing(source_from_url(camera.url, AROUND)) as source,
+    ):
         source.read()
     assert refused.value.reason == "bad-pictures"
 
@@ -242,8 +272,11 @@ def test_bombs_and_damaged_pictures_in_the_stream_do_not_end_it(camera, real_dat
     bombs += [jpeg_with_size(60_000, 60_000), jpeg_with_size(64, 4000), jpeg_of_many_scans(1000)]
     folder = SHARED_DATA / "hostile_images"
     if folder.is_dir():
-        bombs += [path.read_bytes() for path in sorted(folder.iterdir())
-                  if path.suffix != ".txt" and path.stat().st_size < MAX_PART]
+        bombs += [
+            path.read_bytes()
+            for path in sorted(folder.iterdir())
+            if path.suffix != ".txt" and path.stat().st_size < MAX_PART
+        ]
     refused = []
     for data in bombs:
         try:
@@ -262,7 +295,9 @@ def test_bombs_and_damaged_pictures_in_the_stream_do_not_end_it(camera, real_dat
         assert seen == [n % 20 for n in range(len(refused))]
         assert source.skipped >= sum(1 for data in refused if is_screened_out(data))
     if not folder.is_dir():
-        pytest.skip(f"{len(refused)} of our own were sent; real data is not beside the project: hostile_images")
+        pytest.skip(
+            f"{len(refused)} of our own were sent; real data is not beside the project: hostile_images"
+        )
 
 
 def test_a_self_made_certificate_is_taken_only_where_that_is_asked_for():
@@ -297,12 +332,23 @@ def test_fifty_openings_and_failures_keep_no_descriptor_and_no_thread(camera):
     until(held, lambda now: now[0] <= before[0] and now[1] <= before[1])
 
 
-@pytest.mark.parametrize("said", [
-    b"", b"\0" * 5000, b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 5000, b"HTTP/1.1 200 OK\r\nX: " + b"y" * 200_000,
-    b"HTTP/1.1 100 Continue\r\n\r\n" * 200, b"RTSP/1.0 200 OK\r\n\r\n", b"HTTP/1.1 \xff\r\n\r\n",
-    b"HTTP/1.1 401 No\r\nWWW-Authenticate: Digest\r\n\r\n", b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\n\r\nno",
-    b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=\r\n\r\n--\r\n\r\n",
-    b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n"], ids=range(11))
+@pytest.mark.parametrize(
+    "said",
+    [
+        b"",
+        b"\0" * 5000,
+        b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 5000,
+        b"HTTP/1.1 200 OK\r\nX: " + b"y" * 200_000,
+        b"HTTP/1.1 100 Continue\r\n\r\n" * 200,
+        b"RTSP/1.0 200 OK\r\n\r\n",
+        b"HTTP/1.1 \xff\r\n\r\n",
+        b"HTTP/1.1 401 No\r\nWWW-Authenticate: Digest\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\n\r\nno",
+        b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=\r\n\r\n--\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
+    ],
+    ids=range(11),
+)
 def test_rubbish_from_a_camera_ends_in_a_refusal(said):
     import socketserver
 
@@ -322,22 +368,39 @@ def test_rubbish_from_a_camera_ends_in_a_refusal(said):
 
 def test_a_stream_in_any_pieces_gives_the_same_parts():
     sent = [coded(n) for n in range(6)]
-    stream = b"".join(b"--x\r\nContent-Type: image/jpeg\r\n" + (b"Content-Length: %d\r\n" % len(p) if i % 2 else b"")
-                      + b"\r\n" + p + b"\r\n" for i, p in enumerate(sent)) + b"--x--"
+    stream = (
+        b"".join(
+            b"--x\r\nContent-Type: image/jpeg\r\n"
+            + (b"Content-Length: %d\r\n" % len(p) if i % 2 else b"")
+            + b"\r\n"
+            + p
+            + b"\r\n"
+            for i, p in enumerate(sent)
+        )
+        + b"--x--"
+    )
     for seed in range(30):
         cuts = random.Random(seed)
         reader, got, at = MultipartParser(b"x"), [], 0
         while at < len(stream):
             step = cuts.choice((1, 2, 3, 50, 1000, 20_000))
-            got += reader.feed(stream[at:at + step])
+            got += reader.feed(stream[at : at + step])
             at += step
         assert got == sent
 
 
-@pytest.mark.parametrize(("kind", "boundary"), [
-    ("multipart/x-mixed-replace; boundary=a", b"a"), ('multipart/mixed;x=y; BOUNDARY="--a b"', b"a b"),
-    ("image/jpeg", None), ("multipart/x-mixed-replace", None), ("multipart/x-mixed-replace; boundary=--", None),
-    ("text/html; boundary=a", None), ("", None)])
+@pytest.mark.parametrize(
+    ("kind", "boundary"),
+    [
+        ("multipart/x-mixed-replace; boundary=a", b"a"),
+        ('multipart/mixed;x=y; BOUNDARY="--a b"', b"a b"),
+        ("image/jpeg", None),
+        ("multipart/x-mixed-replace", None),
+        ("multipart/x-mixed-replace; boundary=--", None),
+        ("text/html; boundary=a", None),
+        ("", None),
+    ],
+)
 def test_the_boundary_is_what_the_content_type_announces(kind, boundary):
     assert boundary_of(kind) == boundary
 

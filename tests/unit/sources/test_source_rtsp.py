@@ -58,7 +58,9 @@ def ending(source) -> tuple[float, str]:
 
 def test_a_request_without_a_number_ends_the_relay_and_it_says_so():
     camera, _far = socket.socketpair()
-    with contextlib.closing(RtspRelay(camera, Endpoint.of("rtsp", "camera/"), stall_s=LONG_S)) as relay:
+    with contextlib.closing(
+        RtspRelay(camera, Endpoint.of("rtsp", "camera/"), stall_s=LONG_S)
+    ) as relay:
         with socket.create_connection(("127.0.0.1", urlsplit(relay.url).port)) as stranger:
             stranger.sendall(f"OPTIONS {relay.url} RTSP/1.0\r\n\r\n".encode())
             relay._thread.join(LONG_S)
@@ -80,7 +82,9 @@ def test_a_camera_that_asks_for_a_login_gets_it_and_nobody_else_does(camera, kin
     url = camera.url.replace("://", "://op:s3cret%2F@")
     with contextlib.closing(source_from_url(url, AROUND)) as source:
         assert source.read().size.width == 320
-        assert "s3cret" not in repr(source.identity()) and source.identity().address.startswith("rtsp://op@127.0.0.1")
+        assert "s3cret" not in repr(source.identity()) and source.identity().address.startswith(
+            "rtsp://op@127.0.0.1"
+        )
     for wrong in (camera.url, camera.url.replace("://", "://op:wrong@")):
         with pytest.raises(Unavailable) as refused:
             source_from_url(wrong, AROUND)
@@ -91,7 +95,9 @@ def test_a_camera_that_asks_for_a_login_gets_it_and_nobody_else_does(camera, kin
 
 def test_the_camera_is_asked_under_its_own_name_and_the_query_reaches_it(camera, source):
     source.read()
-    assert {uri.partition("/live")[0] for _, uri, _ in camera.requests} == {f"rtsp://127.0.0.1:{camera.port}"}
+    assert {uri.partition("/live")[0] for _, uri, _ in camera.requests} == {
+        f"rtsp://127.0.0.1:{camera.port}"
+    }
     assert camera.requests[0][1].endswith("/live?channel=1&subtype=0")
     assert all("TCP" in headers.get("transport", "TCP") for _, _, headers in camera.requests)
 
@@ -165,12 +171,22 @@ def test_fifty_openings_and_failures_keep_no_descriptor_and_no_thread(camera, ti
     until(held, lambda now: now[0] <= before[0] and now[1] <= before[1])
 
 
-@pytest.mark.parametrize("said", [
-    b"RTSP/1.0 200 OK\r\n\r\n" * 20, b"\0" * 5000, b"$\0\xff\xff" + bytes(200),
-    b"RTSP/1.0 200 OK\r\nCSeq: 1\r\n" * 50_000, b"RTSP/1.0 200 OK\r\nCSeq: 1\r\nContent-Length: 999999999\r\n\r\n",
-    b"HTTP/1.1 200 OK\r\n\r\n",
-    b"RTSP/1.0 200 OK\r\nCSeq: 99999999999999999999\r\n\r\n", b"OPTIONS * RTSP/1.0\r\nCSeq: 1\r\n\r\n" * 100, b"",
-    b"RTSP/1.0 200 \xff\xfe\r\nCSeq: x\r\n\r\n"], ids=range(10))
+@pytest.mark.parametrize(
+    "said",
+    [
+        b"RTSP/1.0 200 OK\r\n\r\n" * 20,
+        b"\0" * 5000,
+        b"$\0\xff\xff" + bytes(200),
+        b"RTSP/1.0 200 OK\r\nCSeq: 1\r\n" * 50_000,
+        b"RTSP/1.0 200 OK\r\nCSeq: 1\r\nContent-Length: 999999999\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\n\r\n",
+        b"RTSP/1.0 200 OK\r\nCSeq: 99999999999999999999\r\n\r\n",
+        b"OPTIONS * RTSP/1.0\r\nCSeq: 1\r\n\r\n" * 100,
+        b"",
+        b"RTSP/1.0 200 \xff\xfe\r\nCSeq: x\r\n\r\n",
+    ],
+    ids=range(10),
+)
 def test_rubbish_from_a_camera_ends_in_a_refusal(said):
     import socketserver
 
@@ -187,7 +203,9 @@ def test_rubbish_from_a_camera_ends_in_a_refusal(said):
         server.shutdown()
 
 
-@pytest.mark.parametrize("around", [AROUND, SourceContext(hosts=("127.0.0.1",))], ids=["passed on", "decoded"])
+@pytest.mark.parametrize(
+    "around", [AROUND, SourceContext(hosts=("127.0.0.1",))], ids=["passed on", "decoded"]
+)
 def test_pictures_that_no_decoder_understands_are_left_out(camera, around):
     with contextlib.closing(source_from_url(camera.url, around)) as source:
         source.read()
@@ -199,19 +217,28 @@ def test_pictures_that_no_decoder_understands_are_left_out(camera, around):
 def test_a_jpeg_is_passed_on_as_it_came_and_any_viewer_shows_it(source):
     frame = source.read()
     assert isinstance(frame, JpegFrame) and frame.is_plain
-    assert np.abs(frame.pixels.astype(int) - scene(int(np.argmax(frame.pixels[120, :, 0] > 140)) // 16)).mean() < 3
+    assert (
+        np.abs(
+            frame.pixels.astype(int) - scene(int(np.argmax(frame.pixels[120, :, 0] > 140)) // 16)
+        ).mean()
+        < 3
+    )
 
 
 def gst(codec: str, gop: int = 25):
     if not installed():
         (pytest.fail if os.environ.get("TOUCHLINE_TESTS") == "all" else pytest.skip)(
-            "GStreamer's RTSP server is not installed; tests/support/gst_camera.py says which packages it needs")
+            "GStreamer's RTSP server is not installed; tests/support/gst_camera.py says which packages it needs"
+        )
     return contextlib.closing(GstCamera(codec, gop))
 
 
 @pytest.mark.parametrize("codec", ["h264", "h265", "mjpeg", "vp8"])
 def test_a_real_server_is_read_and_its_size_followed(codec):
-    with gst(codec) as camera, contextlib.closing(source_from_url(camera.url + "#open_s=25", AROUND)) as source:
+    with (
+        gst(codec) as camera,
+        contextlib.closing(source_from_url(camera.url + "#open_s=25", AROUND)) as source,
+    ):
         first = source.read()
         assert tuple(first.size) == (320, 240)
         # of the television's colour bars

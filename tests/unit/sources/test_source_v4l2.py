@@ -33,7 +33,11 @@ def test_every_camera_is_listed_once_with_what_tells_it_from_others(machine):
     plug_in(machine, 0, plug="1-2", name="HD Webcam", serial="A1B2C3")
     plug_in(machine, 2, plug="1-3.1", name="Cheap Cam", serial="", maker="1234", product="5678")
     first, second = list_devices(machine)
-    assert (first.node, first.model, first.serial) == ("/dev/video0", "HD Webcam (046d:082d)", "A1B2C3")
+    assert (first.node, first.model, first.serial) == (
+        "/dev/video0",
+        "HD Webcam (046d:082d)",
+        "A1B2C3",
+    )
     assert first.port == "pci-0000:00:14.0-usb-0:2:1.0-video-index0"
     assert first.address == "v4l2:///dev/v4l/by-id/usb-046d_HD_Webcam_A1B2C3-video-index0"
     assert (second.node, second.serial) == ("/dev/video2", "")
@@ -66,7 +70,9 @@ def test_a_link_that_leads_elsewhere_is_no_camera(machine):
         find_device("/dev/v4l/by-id/evil", machine)
 
 
-@pytest.mark.parametrize("serial", ["SN0001", "200901010001", "00000000", "0", "01.00.00", "1111", ""])
+@pytest.mark.parametrize(
+    "serial", ["SN0001", "200901010001", "00000000", "0", "01.00.00", "1111", ""]
+)
 def test_a_serial_number_that_every_piece_bears_is_none(machine, serial):
     plug_in(machine, 0, serial=serial)
     assert list_devices(machine)[0].serial == ""
@@ -103,16 +109,26 @@ def test_cameras_plugged_in_in_any_order_are_never_mistaken(tmp_path, order, plu
 def test_a_camera_gives_frames_and_says_which_it_is(webcam, machine):
     source = source_from_url("v4l2://0", AROUND)
     assert tuple(source.read().size) == (640, 480)
-    assert source.identity() == list_devices(machine)[0].identity and source.identity().serial == "A1B2C3"
+    assert (
+        source.identity() == list_devices(machine)[0].identity
+        and source.identity().serial == "A1B2C3"
+    )
     webcam.gone = True
     with pytest.raises(Unavailable) as refused:
         source.read()
     assert refused.value.reason == "camera-silent"
 
 
-@pytest.mark.parametrize(("options", "format"), [
-    ("", "YUYV"), ("?size=640x480", "YUYV"), ("?size=1280x720", "MJPG"), ("?size=1280x720&format=YUYV", "YUYV"),
-    ("?size=640x480&format=MJPG", "MJPG")])
+@pytest.mark.parametrize(
+    ("options", "format"),
+    [
+        ("", "YUYV"),
+        ("?size=640x480", "YUYV"),
+        ("?size=1280x720", "MJPG"),
+        ("?size=1280x720&format=YUYV", "YUYV"),
+        ("?size=640x480&format=MJPG", "MJPG"),
+    ],
+)
 def test_large_pictures_come_compressed_unless_told_otherwise(webcam, options, format):
     source_from_url(f"v4l2://0{options}", AROUND)
     assert webcam.get(cv2.CAP_PROP_FOURCC) == cv2.VideoWriter_fourcc(*format)
@@ -121,15 +137,24 @@ def test_large_pictures_come_compressed_unless_told_otherwise(webcam, options, f
 def test_format_comes_before_size_and_size_before_rate(webcam):
     source_from_url("v4l2://0?size=1280x720&fps=60", AROUND)
     order = [prop for prop, _ in webcam.sets]
-    assert order == [cv2.CAP_PROP_FOURCC, cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT, cv2.CAP_PROP_FPS,
-                     cv2.CAP_PROP_CONVERT_RGB]
+    assert order == [
+        cv2.CAP_PROP_FOURCC,
+        cv2.CAP_PROP_FRAME_WIDTH,
+        cv2.CAP_PROP_FRAME_HEIGHT,
+        cv2.CAP_PROP_FPS,
+        cv2.CAP_PROP_CONVERT_RGB,
+    ]
 
 
 def test_compressed_pictures_stay_as_they_come_and_a_damaged_one_is_left_out(webcam):
     webcam.damaged = 3
     source = source_from_url("v4l2://0?size=1280x720", AROUND)
     frame = source.read()
-    assert frame.jpeg.endswith(b"\xff\xd9") and tuple(frame.size) == (1280, 720) and webcam.damaged == 0
+    assert (
+        frame.jpeg.endswith(b"\xff\xd9")
+        and tuple(frame.size) == (1280, 720)
+        and webcam.damaged == 0
+    )
     assert frame.pixels.shape == (720, 1280, 3)
     source.set_control("resolution", "640x480")
     assert tuple(source.read().size) == (640, 480)
@@ -146,7 +171,9 @@ def test_a_driver_that_decodes_all_the_same_is_let_do_so(webcam):
     assert webcam.values[cv2.CAP_PROP_CONVERT_RGB] == 1
 
 
-@pytest.mark.parametrize("size", ["1280", "x", "0x0", "1280x720x3", "99999x99999", "-1x5", "١٢٨٠x٧٢٠"])
+@pytest.mark.parametrize(
+    "size", ["1280", "x", "0x0", "1280x720x3", "99999x99999", "-1x5", "١٢٨٠x٧٢٠"]
+)
 def test_a_size_that_is_none_is_refused(webcam, size):
     with pytest.raises(BadInput) as refused:
         source_from_url(f"v4l2://0?size={size}", AROUND)
@@ -191,10 +218,24 @@ def test_another_resolution_gives_other_frames(webcam):
         source.set_control("resolution", "3840x2160")
 
 
-@pytest.mark.parametrize(("name", "value"), [
-    ("exposure", -1), ("exposure", float("nan")), ("exposure", float("inf")), ("exposure", "long"), ("exposure", True),
-    ("exposure", None), ("gain", "auto"), ("gain", [1]), ("frame_rate", 0), ("resolution", "big"), ("resolution", 720),
-    ("resolution", None), ("white_balance", 1e9)])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("exposure", -1),
+        ("exposure", float("nan")),
+        ("exposure", float("inf")),
+        ("exposure", "long"),
+        ("exposure", True),
+        ("exposure", None),
+        ("gain", "auto"),
+        ("gain", [1]),
+        ("frame_rate", 0),
+        ("resolution", "big"),
+        ("resolution", 720),
+        ("resolution", None),
+        ("white_balance", 1e9),
+    ],
+)
 def test_a_value_that_cannot_be_is_refused(webcam, name, value):
     source = source_from_url("v4l2://0", AROUND)
     before = source.controls()

@@ -21,8 +21,15 @@ from touchline.store.quarantine import DamagedFile
 from touchline.store.store import Store
 from touchline.store.tables import CalibrationRow
 
-STEPS = ("shutil.copyfile", "is_whole", "sqlite3.connect", "Replaced.add", "remove_database", "replace_synced",
-         "Quarantine.move_rows")
+STEPS = (
+    "shutil.copyfile",
+    "is_whole",
+    "sqlite3.connect",
+    "Replaced.add",
+    "remove_database",
+    "replace_synced",
+    "Quarantine.move_rows",
+)
 
 
 @pytest.fixture
@@ -35,12 +42,16 @@ def damaged(tmp_path):
     with Store(tmp_path / "data") as store:
         damage_row(store, CalibrationRow, lambda text: text.replace("kept", "lept"), id=kept.id)
         newer = store.calibrations.add(calibration("north", "newer"))
-    return SimpleNamespace(folder=tmp_path / "data", kept=kept, newer=newer, backup=int(good.partition(".")[0]))
+    return SimpleNamespace(
+        folder=tmp_path / "data", kept=kept, newer=newer, backup=int(good.partition(".")[0])
+    )
 
 
 def notes(store):
     """What is in the store: the notes of its versions, "damaged" in place of one that is."""
-    return {one.note for one in store.calibrations.list().items} | ({"damaged"} if not whole(store) else set())
+    return {one.note for one in store.calibrations.list().items} | (
+        {"damaged"} if not whole(store) else set()
+    )
 
 
 def whole(store):
@@ -54,7 +65,9 @@ def test_the_newest_backup_without_damage_is_restored_and_the_database_from_befo
         assert "newest good backup" in told.value.fix and notes(store) == {"newer", "damaged"}
         found = store.find_restoration()
         assert (found.backup, found.file) == (damaged.backup, None) and found.lost >= 1
-        assert notes(store) == {"newer", "damaged"} and not (damaged.folder / UNFINISHED).exists(), "nothing was done"
+        assert (
+            notes(store) == {"newer", "damaged"} and not (damaged.folder / UNFINISHED).exists()
+        ), "nothing was done"
         done = store.restore_backup((found.backup, found.database))
         assert (done.backup, done.lost, done.made_at) == (found.backup, found.lost, found.made_at)
         assert store.calibrations.get(damaged.kept.id) == damaged.kept and notes(store) == {"kept"}
@@ -62,12 +75,16 @@ def test_the_newest_backup_without_damage_is_restored_and_the_database_from_befo
         assert store.damaged == () and store.disk_usage["replaced"] == [done.file]
         with closing(sqlite3.connect(damaged.folder / done.file)) as before:
             assert before.execute("SELECT count(*) FROM calibrations").fetchone() == (2,)
-        rest = [path.read_text() for path in (damaged.folder / done.file).parent.glob("calibrations/*")]
+        rest = [
+            path.read_text() for path in (damaged.folder / done.file).parent.glob("calibrations/*")
+        ]
         assert len(rest) == 1 and "lept" in rest[0], "with what was left of the damaged row"
         again = store.calibrations.add(calibration("north", "again"))
         assert again.version == 2
     with Store(damaged.folder) as store:
-        assert notes(store) == {"kept", "again"} and store.damaged == (), "no backup from before is newer"
+        assert notes(store) == {"kept", "again"} and store.damaged == (), (
+            "no backup from before is newer"
+        )
         assert store.find_restoration().lost == 0
 
 
@@ -80,7 +97,10 @@ def test_without_a_good_backup_it_is_refused_and_nothing_changes(damaged):
             with pytest.raises(Conflict) as told:
                 call()
             assert told.value.reason == "no-good-backup" and "archive" in told.value.fix
-        assert notes(store) == {"newer", "damaged"} and store.calibrations.add(calibration("north", "3")).version == 3
+        assert (
+            notes(store) == {"newer", "damaged"}
+            and store.calibrations.add(calibration("north", "3")).version == 3
+        )
         assert [damage.kind for damage in store.damaged] == ["calibrations"]
 
 
@@ -126,7 +146,9 @@ def test_who_restores_wins_against_those_who_save_and_their_saves_are_in_the_cop
             with pytest.raises(Conflict) as told:
                 store.restore_backup(stale)
             assert told.value.reason in ("changed-meanwhile", "no-good-backup")
-        assert notes(store) == {"kept", "since"}, "what somebody else has restored meanwhile is not restored again"
+        assert notes(store) == {"kept", "since"}, (
+            "what somebody else has restored meanwhile is not restored again"
+        )
 
 
 def test_of_thirty_restores_three_databases_stay_and_no_damage_is_told(damaged):
@@ -137,20 +159,29 @@ def test_of_thirty_restores_three_databases_stay_and_no_damage_is_told(damaged):
         kept = store.disk_usage["replaced"]
         assert store.damaged == () and len(kept) == 3 and kept[0] == done.file
         assert sorted(path.name for path in (damaged.folder / "replaced").iterdir()) == sorted(
-            Path(file).parent.name for file in kept)
+            Path(file).parent.name for file in kept
+        )
 
 
 @pytest.mark.parametrize("first_byte", [0, 4096], ids=["all", "all but its first page"])
-def test_a_database_that_is_damaged_while_it_runs_is_told_to_all_and_replaced_without_reading_it(tmp_path, first_byte):
+def test_a_database_that_is_damaged_while_it_runs_is_told_to_all_and_replaced_without_reading_it(
+    tmp_path, first_byte
+):
     with Store(tmp_path / "data") as store:
         kept = store.calibrations.add(calibration("north", "kept"))
         with store._backups.held:
             store._backups.make()
         before = break_database(store, first_byte)
-        for work in (store.calibrations.list, lambda: store.lenses.add({"model": "ssl"}), store.archive):
+        for work in (
+            store.calibrations.list,
+            lambda: store.lenses.add({"model": "ssl"}),
+            store.archive,
+        ):
             with pytest.raises(Unavailable) as told:
                 work()
-            assert told.value.reason == "database-damaged" and "newest good backup" in told.value.fix
+            assert (
+                told.value.reason == "database-damaged" and "newest good backup" in told.value.fix
+            )
         (warning,) = [one for one in store.warnings if one.reason == "database-damaged"]
         assert "damaged" in warning.text
         found = store.find_restoration()
@@ -165,7 +196,9 @@ def test_a_database_that_is_damaged_while_it_runs_is_told_to_all_and_replaced_wi
 
 @pytest.mark.parametrize("after", [False, True], ids=["before", "after"])
 @pytest.mark.parametrize("step", STEPS)
-def test_a_power_cut_at_any_step_leaves_the_old_database_or_the_new_one(damaged, tmp_path, monkeypatch, step, after):
+def test_a_power_cut_at_any_step_leaves_the_old_database_or_the_new_one(
+    damaged, tmp_path, monkeypatch, step, after
+):
     """The folder as it is at every call of the step is what the next start finds."""
     images = []
 
@@ -173,8 +206,13 @@ def test_a_power_cut_at_any_step_leaves_the_old_database_or_the_new_one(damaged,
         if after:
             answer = real(*args, **more)
         image = tmp_path / f"cut{len(images)}"
-        shutil.copytree(damaged.folder, image, copy_function=lambda source, target: Path(target).write_bytes(
-            Path(source).read_bytes()))
+        shutil.copytree(
+            damaged.folder,
+            image,
+            copy_function=lambda source, target: Path(target).write_bytes(
+                Path(source).read_bytes()
+            ),
+        )
         images.append((image, database.stat().st_ino != old))
         return answer if after else real(*args, **more)
 
@@ -183,7 +221,10 @@ def test_a_power_cut_at_any_step_leaves_the_old_database_or_the_new_one(damaged,
     real, database = getattr(owner, name), damaged.folder / FILE
     with Store(damaged.folder) as store:
         old = database.stat().st_ino
-        until(lambda: store._backups.all()[0].changes, lambda newest: newest == store._database.changes())
+        until(
+            lambda: store._backups.all()[0].changes,
+            lambda newest: newest == store._database.changes(),
+        )
         with monkeypatch.context() as patch:
             patch.setattr(owner, name, cut)
             store.restore_backup()
@@ -195,13 +236,19 @@ def test_a_power_cut_at_any_step_leaves_the_old_database_or_the_new_one(damaged,
             else:
                 assert notes(store) == {"newer", "damaged"}
             assert not (image / UNFINISHED).exists()
-            assert {damage.kind for damage in store.damaged} <= {"calibrations"}, "no other backup was restored"
+            assert {damage.kind for damage in store.damaged} <= {"calibrations"}, (
+                "no other backup was restored"
+            )
 
 
 @pytest.mark.parametrize("step", STEPS[:-1])
 def test_an_error_at_any_step_leaves_the_old_database_in_use(damaged, monkeypatch, step):
     def fail(*_args, **_more):
-        raise sqlite3.OperationalError("") if "sqlite3" in step else OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        raise (
+            sqlite3.OperationalError("")
+            if "sqlite3" in step
+            else OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        )
 
     owner, _, name = step.rpartition(".")
     with Store(damaged.folder) as store:
@@ -236,9 +283,20 @@ def test_whoever_reads_or_saves_meanwhile_waits_and_goes_on(damaged, monkeypatch
     monkeypatch.setattr(opening, "replace_synced", slow)
     with Store(damaged.folder) as store:
         saved = []
-        users = [threading.Thread(target=use, args=(lambda: store.calibrations.list(),)) for _ in range(12)]
-        users.append(threading.Thread(target=use, args=(
-            lambda: saved.append((swapping.is_set(), store.lenses.add({"model": "ssl"})["id"])),)))
+        users = [
+            threading.Thread(target=use, args=(lambda: store.calibrations.list(),))
+            for _ in range(12)
+        ]
+        users.append(
+            threading.Thread(
+                target=use,
+                args=(
+                    lambda: saved.append(
+                        (swapping.is_set(), store.lenses.add({"model": "ssl"})["id"])
+                    ),
+                ),
+            )
+        )
         for one in users:
             one.start()
         store.restore_backup()

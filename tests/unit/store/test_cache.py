@@ -10,7 +10,12 @@ def test_what_was_used_least_recently_goes_first_and_a_value_counts_once():
     cache = LruCache[str, str](10, len)
     for key, value in (("a", "xxxx"), ("b", "xxxx"), ("a", "xx"), ("c", "xxxx")):
         assert cache.put(key, value) == value
-    assert (cache.get("a"), cache.get("b"), cache.get("c"), cache.size) == ("xx", "xxxx", "xxxx", 10)
+    assert (cache.get("a"), cache.get("b"), cache.get("c"), cache.size) == (
+        "xx",
+        "xxxx",
+        "xxxx",
+        10,
+    )
     cache.get("a")
     cache.put("d", "x")
     assert (cache.get("a"), cache.get("b"), cache.size) == ("xx", None, 7)

@@ -31,17 +31,22 @@ def restart(postgres):
     postgres.start()
 
 
-def test_a_server_that_lives_through_a_restart_of_postgresql_keeps_the_database(postgres, address, tmp_path,
-                                                                               monkeypatch):
+def test_a_server_that_lives_through_a_restart_of_postgresql_keeps_the_database(
+    postgres, address, tmp_path, monkeypatch
+):
     monkeypatch.setattr(LOCK + "WAIT_S", 0.2)
     with Store(tmp_path / "a", database=address) as store:
         store.calibrations.add(calibration("north", "1"))
         restart(postgres)
         assert refused(lambda: Store(tmp_path / "b", database=address)) == "data-folder-in-use"
-        assert store.calibrations.add(calibration("north", "2")).version == 2 and store.warnings == ()
+        assert (
+            store.calibrations.add(calibration("north", "2")).version == 2 and store.warnings == ()
+        )
 
 
-def test_whoever_lost_the_database_meanwhile_saves_nothing_and_says_so(postgres, address, tmp_path, monkeypatch):
+def test_whoever_lost_the_database_meanwhile_saves_nothing_and_says_so(
+    postgres, address, tmp_path, monkeypatch
+):
     monkeypatch.setattr(LOCK + "KEEP_S", 3600.0)  # held up longer than the other one waits
     monkeypatch.setattr(LOCK + "GRACE_S", 0.1)
     with Store(tmp_path / "a", database=address) as first:
@@ -49,10 +54,15 @@ def test_whoever_lost_the_database_meanwhile_saves_nothing_and_says_so(postgres,
         restart(postgres)
         with Store(tmp_path / "b", database=address) as second:
             assert second.calibrations.add(calibration("north", "2")).version == 2
-            assert refused(lambda: first.calibrations.add(calibration("north", "lost"))) == "read-only"
+            assert (
+                refused(lambda: first.calibrations.add(calibration("north", "lost"))) == "read-only"
+            )
             assert [w.reason for w in first.warnings] == ["read-only"]
             assert len(first.calibrations.list("north").items) == 2, "what is there can be read"
-            assert second.calibrations.add(calibration("north", "3")).version == 3 and second.warnings == ()
+            assert (
+                second.calibrations.add(calibration("north", "3")).version == 3
+                and second.warnings == ()
+            )
         assert refused(lambda: first.calibrations.add(calibration("north", "lost"))) == "read-only"
         # it signed off, and the first one is no hindrance
         with Store(tmp_path / "b", database=address) as second:
@@ -61,7 +71,9 @@ def test_whoever_lost_the_database_meanwhile_saves_nothing_and_says_so(postgres,
         assert first.calibrations.add(calibration("north", "4")).version == 4
 
 
-def test_a_server_that_was_held_up_learns_it_without_a_save(postgres, address, tmp_path, monkeypatch):
+def test_a_server_that_was_held_up_learns_it_without_a_save(
+    postgres, address, tmp_path, monkeypatch
+):
     monkeypatch.setattr(LOCK + "KEEP_S", 0.05)
     with Store(tmp_path / "a", database=address) as first:
         first._database_lock._mutex.acquire()  # as long as its process stands still
@@ -72,7 +84,9 @@ def test_a_server_that_was_held_up_learns_it_without_a_save(postgres, address, t
             until(lambda: [w.reason for w in first.warnings] == ["read-only"])
 
 
-def test_who_signs_off_is_followed_at_once_and_who_does_not_after_a_while(address, tmp_path, monkeypatch):
+def test_who_signs_off_is_followed_at_once_and_who_does_not_after_a_while(
+    address, tmp_path, monkeypatch
+):
     slept = []
     monkeypatch.setattr(LOCK + "sleep", slept.append)
     Store(tmp_path / "a", database=address).close()
@@ -95,7 +109,9 @@ def test_a_folder_without_pictures_does_not_belong_to_a_database_that_knows_some
 
 
 @rounds("times", 1, 10)
-def test_postgresql_ended_under_load_loses_nothing_that_was_said_to_be_saved(postgres, address, tmp_path, times):
+def test_postgresql_ended_under_load_loses_nothing_that_was_said_to_be_saved(
+    postgres, address, tmp_path, times
+):
     ended, saved, told = threading.Event(), [], []
 
     def save(camera):
@@ -117,4 +133,6 @@ def test_postgresql_ended_under_load_loses_nothing_that_was_said_to_be_saved(pos
         for thread in threads:
             thread.join()
         there = [store.calibrations.get(id) for id in saved]
-    assert len({(one.camera, one.version) for one in there}) == len(saved) and set(told) == {"database-away"}
+    assert len({(one.camera, one.version) for one in there}) == len(saved) and set(told) == {
+        "database-away"
+    }

@@ -20,8 +20,12 @@ SIZE = ImageSize(640, 480)
 def filled(opener, tmp_path):
     """A store with something of everything."""
     with opener(tmp_path / "data") as store:
-        snapshot = store.snapshots.add(b"picture" * 900, SIZE, "jpeg", camera="north", purpose="board")
-        store.drafts.save(snapshot.id, {**EMPTY, "field": "f"}, store.drafts.get(snapshot.id).etag, by="Anna")
+        snapshot = store.snapshots.add(
+            b"picture" * 900, SIZE, "jpeg", camera="north", purpose="board"
+        )
+        store.drafts.save(
+            snapshot.id, {**EMPTY, "field": "f"}, store.drafts.get(snapshot.id).etag, by="Anna"
+        )
         kept = [store.calibrations.add(calibration("north", f"{k}"), by="Anna") for k in range(3)]
         store.calibrations.activate(kept[1].id)
         store.calibrations.delete(kept[0].id)
@@ -38,14 +42,21 @@ def zipped(store, tmp_path, fields=None):
 
 
 def everything(store):
-    return (store.snapshots.list().items, [store.drafts.get(s.id) for s in store.snapshots.list().items],
-            store.calibrations.list().items,
-            store.lenses.list().items, store.cameras.all(), store.identities.get("west"),
-            store.calibrations.history("north"))
+    return (
+        store.snapshots.list().items,
+        [store.drafts.get(s.id) for s in store.snapshots.list().items],
+        store.calibrations.list().items,
+        store.lenses.list().items,
+        store.cameras.all(),
+        store.identities.get("west"),
+        store.calibrations.history("north"),
+    )
 
 
 @pytest.mark.parametrize("target", ["sqlite", "postgresql"])
-def test_an_archive_is_restored_on_a_bare_machine_on_either_database(filled, tmp_path, request, target):
+def test_an_archive_is_restored_on_a_bare_machine_on_either_database(
+    filled, tmp_path, request, target
+):
     path = zipped(filled, tmp_path)
     opener = StoreOpener(request.getfixturevalue("postgres") if target == "postgresql" else None)
     bare = tmp_path / "bare"
@@ -65,13 +76,20 @@ def test_nothing_is_restored_over_something(filled, tmp_path, opener):
     (other / "note.txt").write_text("mine")
     with pytest.raises(Conflict) as told:
         restore_into(path, other, None)
-    assert told.value.reason == "folder-not-empty" and [p.name for p in other.iterdir()] == ["note.txt"]
+    assert told.value.reason == "folder-not-empty" and [p.name for p in other.iterdir()] == [
+        "note.txt"
+    ]
 
 
 def test_the_operators_fields_come_with_it(filled, tmp_path):
     from touchline.installation import shipped
+
     (tmp_path / "fields").mkdir()
-    text = (shipped("configs") / "fields" / "table.yaml").read_text().replace("name: table", "name: mine")
+    text = (
+        (shipped("configs") / "fields" / "table.yaml")
+        .read_text()
+        .replace("name: table", "name: mine")
+    )
     (tmp_path / "fields" / "mine.yaml").write_text(text)
     # and is told there as it is here
     (tmp_path / "fields" / "unreadable.yaml").write_text("name: [")
@@ -94,22 +112,40 @@ def rewritten(path, change):
 
 
 def later(name, data):
-    return json.dumps({**json.loads(data), "form": "0999"}).encode() if name == "touchline.json" else data
+    return (
+        json.dumps({**json.loads(data), "form": "0999"}).encode()
+        if name == "touchline.json"
+        else data
+    )
 
 
-BAD = {"cut": lambda p: _cut(p), "text": lambda p: _text(p),
-       "without its end": lambda p: rewritten(p, lambda n, d: None if n == "end.json" else d),
-       "a row changed": lambda p: rewritten(p, lambda n, d: d.replace(b"north", b"south") if "calibr" in n else d),
-       "a row missing": lambda p: rewritten(p, lambda n, d: d.partition(b"\n")[2] if "calibrations" in n else d),
-       "a picture changed": lambda p: rewritten(p, lambda n, d: b"x" + d[1:] if n.startswith("pictures/") else d),
-       "no JSON": lambda p: rewritten(p, lambda n, d: b"{" if n == "touchline.json" else d),
-       "a head of 50 MB": lambda p: rewritten(p, lambda n, d: b" " * 50_000_000 + d if n == "touchline.json" else d),
-       "a row of 65 MB": lambda p: rewritten(p, lambda n, d: d.replace(b"{", b"{" + b" " * (65 << 20), 1)
-                                             if "calibrations" in n else d),
-       "deep JSON": lambda p: rewritten(p, lambda n, d: b"[" * 100_000 if n == "end.json" else d),
-       "a deep row": lambda p: rewritten(p, lambda n, d: b"[" * 100_000 + b"\n" + d if "lenses" in n else d),
-       "a member of no zlib": lambda p: _broken(p),
-       "of a later form": lambda p: rewritten(p, later)}
+BAD = {
+    "cut": lambda p: _cut(p),
+    "text": lambda p: _text(p),
+    "without its end": lambda p: rewritten(p, lambda n, d: None if n == "end.json" else d),
+    "a row changed": lambda p: rewritten(
+        p, lambda n, d: d.replace(b"north", b"south") if "calibr" in n else d
+    ),
+    "a row missing": lambda p: rewritten(
+        p, lambda n, d: d.partition(b"\n")[2] if "calibrations" in n else d
+    ),
+    "a picture changed": lambda p: rewritten(
+        p, lambda n, d: b"x" + d[1:] if n.startswith("pictures/") else d
+    ),
+    "no JSON": lambda p: rewritten(p, lambda n, d: b"{" if n == "touchline.json" else d),
+    "a head of 50 MB": lambda p: rewritten(
+        p, lambda n, d: b" " * 50_000_000 + d if n == "touchline.json" else d
+    ),
+    "a row of 65 MB": lambda p: rewritten(
+        p, lambda n, d: d.replace(b"{", b"{" + b" " * (65 << 20), 1) if "calibrations" in n else d
+    ),
+    "deep JSON": lambda p: rewritten(p, lambda n, d: b"[" * 100_000 if n == "end.json" else d),
+    "a deep row": lambda p: rewritten(
+        p, lambda n, d: b"[" * 100_000 + b"\n" + d if "lenses" in n else d
+    ),
+    "a member of no zlib": lambda p: _broken(p),
+    "of a later form": lambda p: rewritten(p, later),
+}
 
 
 def _cut(path):
@@ -122,7 +158,7 @@ def _broken(path):
     with zipfile.ZipFile(path) as source:
         begin = source.getinfo("tables/calibrations.jsonl").header_offset + 80
     data = bytearray(path.read_bytes())
-    data[begin:begin + 60] = b"\xff" * 60
+    data[begin : begin + 60] = b"\xff" * 60
     path.write_bytes(data)
     return path
 
@@ -151,7 +187,12 @@ def test_what_a_restore_left_that_was_killed_is_not_opened(tmp_path):
 def test_a_name_in_an_archive_never_leads_out_of_the_folder(filled, tmp_path):
     path = rewritten(zipped(filled, tmp_path), lambda n, d: d)
     with zipfile.ZipFile(path, "a") as out:
-        for name in ("../outside", "pictures/../../outside", "fields/../../outside.yaml", "/tmp/outside"):
+        for name in (
+            "../outside",
+            "pictures/../../outside",
+            "fields/../../outside.yaml",
+            "/tmp/outside",
+        ):
             out.writestr(name, b"x")
     restore_into(path, tmp_path / "deep" / "bare", None)
     assert not list(tmp_path.rglob("outside*"))
@@ -170,7 +211,10 @@ def test_the_shell_archives_and_restores(touchline, tmp_path):
     with Store(tmp_path / "data") as store:
         kept = store.calibrations.add(calibration("north", "1"))
         camera = store.cameras.add("north", {"source": "rtsp://op:s3cret@cam/"})
-    assert touchline("archive", "all.zip", "--data", "nowhere")[0] == 4 and not (tmp_path / "nowhere").exists()
+    assert (
+        touchline("archive", "all.zip", "--data", "nowhere")[0] == 4
+        and not (tmp_path / "nowhere").exists()
+    )
     assert touchline("archive", "all.zip", "--data", "data")[0] == 0
     code, _, said = touchline("restore", "all.zip", "--data", "bare")
     assert code == 0 and "1 calibrations" in said
@@ -179,4 +223,7 @@ def test_the_shell_archives_and_restores(touchline, tmp_path):
     assert touchline("restore", "whole.zip", "--data", "whole")[0] == 0
     with Store(tmp_path / "bare") as again, Store(tmp_path / "whole") as whole:
         assert again.calibrations.get(kept.id) == kept
-        assert again.cameras.get("north").body == {"source": "rtsp://op@cam/"} and whole.cameras.get("north") == camera
+        assert (
+            again.cameras.get("north").body == {"source": "rtsp://op@cam/"}
+            and whole.cameras.get("north") == camera
+        )

@@ -6,7 +6,12 @@ from tests.support.store_opener import damage_row
 from touchline.core.errors import BadInput, Conflict, NotFound, Stale
 from touchline.store.tables import CameraRow
 
-BODY = {"name": "North half", "source": "rtsp://10.0.0.5/live", "field": "ssl-div-b", "region": "half-left"}
+BODY = {
+    "name": "North half",
+    "source": "rtsp://10.0.0.5/live",
+    "field": "ssl-div-b",
+    "region": "half-left",
+}
 
 
 @pytest.fixture
@@ -41,8 +46,10 @@ def test_an_id_is_given_once(store):
 def test_who_was_slower_neither_overwrites_nor_removes(store):
     first = store.cameras.add("north", BODY)
     store.cameras.save("north", {**BODY, "name": "theirs"}, first.etag)
-    for slower in (lambda: store.cameras.save("north", {**BODY, "name": "ours"}, first.etag),
-                   lambda: store.cameras.delete("north", first.etag)):
+    for slower in (
+        lambda: store.cameras.save("north", {**BODY, "name": "ours"}, first.etag),
+        lambda: store.cameras.delete("north", first.etag),
+    ):
         with pytest.raises(Stale) as refused:
             slower()
         assert refused.value.details["current"]["name"] == "theirs"
@@ -62,12 +69,17 @@ def test_the_evidence_of_a_camera_is_kept_for_any_id_and_goes_with_it(opener, st
         assert again.identities.get("north") is None
 
 
-@pytest.mark.parametrize("id", ["../outside", "/etc/outside", "", ".", "a\0b", "x" * 300, "\ud800", ".hidden"])
+@pytest.mark.parametrize(
+    "id", ["../outside", "/etc/outside", "", ".", "a\0b", "x" * 300, "\ud800", ".hidden"]
+)
 def test_an_id_that_nobody_could_have_is_unknown_and_is_not_kept(store, id):
     with pytest.raises(NotFound):
         store.cameras.get(id)
     assert store.identities.get(id) is None
-    for refused in (lambda: store.identities.confirm(id, {"serial": "A1"}), lambda: store.cameras.add(id, BODY)):
+    for refused in (
+        lambda: store.identities.confirm(id, {"serial": "A1"}),
+        lambda: store.cameras.add(id, BODY),
+    ):
         with pytest.raises(BadInput):
             refused()
 

@@ -25,8 +25,13 @@ CALL_S = 0.005  # about what the first one takes
 def writer(tmp_path):
     """The process that saves (see store_writer.py), on its folder."""
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
-    process = subprocess.Popen([sys.executable, "-m", "tests.support.store_writer", str(tmp_path / "data")], text=True,
-                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.support.store_writer", str(tmp_path / "data")],
+        text=True,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+    )
     process.folder = tmp_path / "data"
     yield process
     process.stdin.close()
@@ -56,7 +61,10 @@ def killed_writers_lose_nothing(writer, kills):
         acknowledged += len(calls)
         inside += interrupted is not None
         with Store(writer.folder) as store:
-            expected.check(store, only={call.get("id") for call in calls} if seed % 20 and seed < kills - 1 else None)
+            expected.check(
+                store,
+                only={call.get("id") for call in calls} if seed % 20 and seed < kills - 1 else None,
+            )
     print(f"{kills} kills, {inside} inside a save, {acknowledged} acknowledged saves, 0 lost")
     # The kills must hit the saves, or this shows nothing; of a few, one.
     assert inside >= (kills / 2 if kills >= 100 else 1) and acknowledged >= kills / 4
@@ -122,11 +130,15 @@ class Expected:
     def check(self, store, only=None):
         """Everything, or the things with those ids."""
         assert store.damaged == ()
-        assert not list((store.folder / "pictures").glob(".*")), "the next start sweeps up what a killed writer left"
+        assert not list((store.folder / "pictures").glob(".*")), (
+            "the next start sweeps up what a killed writer left"
+        )
         for id, call in self.snapshots.items():
             if only is None or id in only:
                 assert store.snapshots.get(id).camera == call["camera"]
-                assert store.snapshots.get(id).sha256 == call["sha256"] and store.snapshots.picture(id)
+                assert store.snapshots.get(id).sha256 == call["sha256"] and store.snapshots.picture(
+                    id
+                )
         for id, possible in self.drafts.items():
             if only is None or id in only:
                 draft = store.drafts.get(id)

@@ -15,7 +15,12 @@ from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)
-CODES = {errno.ENOSPC: DiskFull, errno.EDQUOT: DiskFull, errno.EIO: Unavailable, errno.EROFS: Unavailable}
+CODES = {
+    errno.ENOSPC: DiskFull,
+    errno.EDQUOT: DiskFull,
+    errno.EIO: Unavailable,
+    errno.EROFS: Unavailable,
+}
 
 
 def save_snapshot(store, known):
@@ -23,7 +28,9 @@ def save_snapshot(store, known):
 
 
 def save_draft(store, known):
-    store.drafts.save(known.snapshot, {**EMPTY, "field": "new"}, store.drafts.get(known.snapshot).etag)
+    store.drafts.save(
+        known.snapshot, {**EMPTY, "field": "new"}, store.drafts.get(known.snapshot).etag
+    )
 
 
 def save_calibration(store, known):
@@ -74,15 +81,21 @@ def known(store):
 
 
 def state(store):
-    return ([s.id for s in store.snapshots.list().items],
-            [store.drafts.get(s.id).body for s in store.snapshots.list().items],
-            [(c.id, c.version, c.active, c.note) for c in store.calibrations.list().items], store.damaged,
-            store.lenses.list().items, store.cameras.all())
+    return (
+        [s.id for s in store.snapshots.list().items],
+        [store.drafts.get(s.id).body for s in store.snapshots.list().items],
+        [(c.id, c.version, c.active, c.note) for c in store.calibrations.list().items],
+        store.damaged,
+        store.lenses.list().items,
+        store.cameras.all(),
+    )
 
 
 @pytest.mark.parametrize("code", CODES, ids=lambda code: errno.errorcode[code])
 @pytest.mark.parametrize("save", SAVES)
-def test_whichever_call_of_a_save_fails_it_is_told_and_nothing_is_lost(sqlite, store, known, save, code):
+def test_whichever_call_of_a_save_fails_it_is_told_and_nothing_is_lost(
+    sqlite, store, known, save, code
+):
     before = state(store)
     for k in range(50):
         with failing(pytest.MonkeyPatch.context, sqlite, Disk(fail_at=k, code=code)) as disk:
@@ -95,7 +108,11 @@ def test_whichever_call_of_a_save_fails_it_is_told_and_nothing_is_lost(sqlite, s
                 break
             assert state(store) == before, "while the disk fails, the old is read"
         assert not [path for path in (store.folder / "pictures").glob(".*")]
-        assert state(store) == before and store.damaged == () and store.calibrations.get(known.first).note == "1"
+        assert (
+            state(store) == before
+            and store.damaged == ()
+            and store.calibrations.get(known.first).note == "1"
+        )
     assert 3 <= k < 49
     assert "sqlite write" in disk.calls and "sqlite sync" in disk.calls
     now = state(store)
@@ -134,7 +151,14 @@ def test_every_commit_is_flushed_before_it_is_acknowledged(sqlite, store, known)
         save_calibration(store, known)
     assert disk.calls[-1] == "sqlite sync" and "sqlite write" in disk.calls
     with store._database.engine.connect() as connection:
-        asked = {name: connection.exec_driver_sql(f"PRAGMA {name}").scalar()
-                 for name in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")}
+        asked = {
+            name: connection.exec_driver_sql(f"PRAGMA {name}").scalar()
+            for name in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
+        }
     # 2: FULL
-    assert asked == {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "busy_timeout": 5000}
+    assert asked == {
+        "journal_mode": "wal",
+        "synchronous": 2,
+        "foreign_keys": 1,
+        "busy_timeout": 5000,
+    }

@@ -22,14 +22,24 @@ def jobs(store):
 
 def test_a_job_goes_from_waiting_through_running_to_its_result(jobs):
     job = jobs.add("fit", {"points": [0.1, 1 / 3]})
-    assert (job.state, job.attempt, job.spec) == ("queued", 1, {"points": [0.1, 1 / 3]}) and jobs.get(job.id) == job
+    assert (job.state, job.attempt, job.spec) == (
+        "queued",
+        1,
+        {"points": [0.1, 1 / 3]},
+    ) and jobs.get(job.id) == job
     running = replace(job, state="running", progress=0.5, message="Half")
     jobs.save(running)
     assert jobs.get(job.id) == running
     waits = replace(running, state="queued", attempt=2, progress=0.0)
     jobs.save(waits)
     assert jobs.get(job.id) == waits
-    ended = replace(waits, state="done", progress=1.0, result={"calibration": "x"}, ended_at="2026-01-01T00:00:00.000Z")
+    ended = replace(
+        waits,
+        state="done",
+        progress=1.0,
+        result={"calibration": "x"},
+        ended_at="2026-01-01T00:00:00.000Z",
+    )
     jobs.save(ended)
     assert jobs.get(job.id) == ended and ended.ended
 

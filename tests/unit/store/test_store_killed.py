@@ -97,17 +97,26 @@ def test_restoring_that_was_killed_loses_nothing_and_can_be_done_again(damaged, 
         with Store(folder) as store:
             assert notes(store) in ({"newer"}, {"kept"})
             store.restore_backup()
-            assert notes(store) == {"kept"} and store.calibrations.add(calibration("north", "more")).note == "more"
+            assert (
+                notes(store) == {"kept"}
+                and store.calibrations.add(calibration("north", "more")).note == "more"
+            )
 
 
 @pytest.mark.parametrize("kills", KILLS)
-def test_a_copy_that_was_killed_leaves_the_database_and_its_copies_as_they_were(damaged, tmp_path, kills):
-    before = {path.name for path in (damaged / "backups").iterdir() if not path.name.startswith(".")}
+def test_a_copy_that_was_killed_leaves_the_database_and_its_copies_as_they_were(
+    damaged, tmp_path, kills
+):
+    before = {
+        path.name for path in (damaged / "backups").iterdir() if not path.name.startswith(".")
+    }
     for folder in killed(kills, damaged, tmp_path, back_up):
         assert before <= {path.name for path in (folder / "backups").iterdir()}
         back_up(folder)
         with Store(folder) as store:
-            assert notes(store) == {"newer"} and [one.kind for one in store.damaged] == ["calibrations"]
+            assert notes(store) == {"newer"} and [one.kind for one in store.damaged] == [
+                "calibrations"
+            ]
         assert not [path.name for path in folder.rglob("*.tmp*")]
 
 
@@ -120,7 +129,9 @@ def test_an_update_that_was_killed_goes_on(tmp_path, kills):
         known = {one.id for one in store.calibrations.list().items}
     for folder in killed(kills, former, tmp_path, opened):
         with Store(folder) as store:
-            assert {one.id for one in store.calibrations.list().items} == known and store.damaged == ()
+            assert {
+                one.id for one in store.calibrations.list().items
+            } == known and store.damaged == ()
 
 
 @pytest.mark.parametrize("kills", KILLS)
@@ -192,11 +203,15 @@ def test_a_journal_goes_to_the_quarantine_with_its_database(damaged):
     journal.write_bytes(b"no journal")
     with Store(damaged) as store:
         assert notes(store) in ({"kept"}, {"newer"})
-        assert [one.file for one in store.damaged if one.kind == "database"] == [f"quarantine/database/{FILE}"]
+        assert [one.file for one in store.damaged if one.kind == "database"] == [
+            f"quarantine/database/{FILE}"
+        ]
     assert not journal.exists()
 
 
-def test_a_journal_without_its_database_makes_none_and_a_log_is_left_to_who_checks_it(damaged, tmp_path):
+def test_a_journal_without_its_database_makes_none_and_a_log_is_left_to_who_checks_it(
+    damaged, tmp_path
+):
     roll_back(tmp_path / "none.db")
     (tmp_path / "none.db-journal").write_bytes(b"journal")
     roll_back(tmp_path / "none.db")

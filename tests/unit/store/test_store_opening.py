@@ -64,23 +64,34 @@ def look(store):
     """Everything that is in a store, by what it is."""
     found = {("calibration", c.id): c for c in store.calibrations.list(limit=200).items}
     found |= {("snapshot", s.id): s for s in store.snapshots.list(limit=200).items}
-    found |= {("draft", s.id): store.drafts.get(s.id).body for s in store.snapshots.list(limit=200).items}
+    found |= {
+        ("draft", s.id): store.drafts.get(s.id).body for s in store.snapshots.list(limit=200).items
+    }
     found |= {("lens", lens["id"]): lens for lens in store.lenses.list(limit=200).items}
-    return found | {("active", camera): store.calibrations.active(camera).id for camera in ("north", "south", None)
-                    if store.calibrations.active(camera)}
+    return found | {
+        ("active", camera): store.calibrations.active(camera).id
+        for camera in ("north", "south", None)
+        if store.calibrations.active(camera)
+    }
 
 
 def mutations(data, log, chance):
     """(name, how the database's file and its log are afterwards); None: the file is gone."""
     pages = len(data) // PAGE
+
     def put(place, bytes_):
-        return data[:place] + bytes_ + data[place + len(bytes_):]
+        return data[:place] + bytes_ + data[place + len(bytes_) :]
+
     for page in chance.sample(range(pages), min(pages, 14)):
         yield f"zeros in page {page}", put(page * PAGE, bytes(PAGE)), log
         yield f"garbage in page {page}", put(page * PAGE, chance.randbytes(PAGE)), log
-        yield f"cut at page {page}", data[:page * PAGE], log
+        yield f"cut at page {page}", data[: page * PAGE], log
         place = chance.randrange(page * PAGE, page * PAGE + PAGE)
-        yield f"a bit of byte {place}", put(place, bytes([data[place] ^ 1 << chance.randrange(8)])), log
+        yield (
+            f"a bit of byte {place}",
+            put(place, bytes([data[place] ^ 1 << chance.randrange(8)])),
+            log,
+        )
         yield f"a bit of byte {place}, no log", put(place, bytes([data[place] ^ 4])), None
     for place in (0, 16, 18, 20, 24, 28, 36, 40, 44, 52, 56, 60, 96):
         yield f"header byte {place}", put(place, bytes([data[place] ^ 0x55])), log
@@ -91,11 +102,15 @@ def mutations(data, log, chance):
     yield "text", b"this was a database once\n" * 500, None
     yield "the log is gone", data, None
     yield "the log is garbage", data, chance.randbytes(len(log))
-    yield "the log is cut", data, log[:len(log) // 3]
+    yield "the log is cut", data, log[: len(log) // 3]
     yield "the log is the database", data, data
     for _ in range(15):
         place = chance.randrange(len(log))
-        yield f"a bit of the log's byte {place}", data, log[:place] + bytes([log[place] ^ 8]) + log[place + 1:]
+        yield (
+            f"a bit of the log's byte {place}",
+            data,
+            log[:place] + bytes([log[place] ^ 8]) + log[place + 1 :],
+        )
 
 
 def damages(full, seed=2026):
@@ -125,13 +140,20 @@ def damaged_copies(full, tmp_path, seed=2026):
 
 
 def outcome(folder, known, unlogged):
-    """"sound", "restored" or "refused"; an AssertionError where something is missing and nobody is told."""
+    """ "sound", "restored" or "refused"; an AssertionError where something is missing and nobody is told."""
     try:
         with Store(folder) as store:
             found, damaged = look(store), store.damaged
     except TouchlineError as told:
-        assert told.fix and told.reason in ("database-damaged", "database-missing", "damaged-file", "newer-database",
-                                            "data-folder", "database-away", "not-saved"), told
+        assert told.fix and told.reason in (
+            "database-damaged",
+            "database-missing",
+            "damaged-file",
+            "newer-database",
+            "data-folder",
+            "database-away",
+            "not-saved",
+        ), told
         return "refused"
     for key in found.keys() & known.keys():
         # never another content under the same id, whatever became of the active one
@@ -144,24 +166,51 @@ def outcome(folder, known, unlogged):
     return "restored"
 
 
-@pytest.mark.parametrize(("kind", "wanted"), [
-    # as the log has the page again, or the newest backup more than the log
-    *((kind, "sound restored") for kind in (
-        "zeros in page", "garbage in page", "a bit of byte", "header byte", "the log is gone", "the log is garbage",
-        "the log is the database", "the log is cut", "a bit of the log's byte")),
-    ("cut at page", "restored"), ("empty", "restored"), ("gone", "restored"), ("text", "restored")])
-def test_a_damaged_database_is_restored_or_refused_and_never_silently_empty(full, tmp_path, kind, wanted):
+@pytest.mark.parametrize(
+    ("kind", "wanted"),
+    [
+        # as the log has the page again, or the newest backup more than the log
+        *(
+            (kind, "sound restored")
+            for kind in (
+                "zeros in page",
+                "garbage in page",
+                "a bit of byte",
+                "header byte",
+                "the log is gone",
+                "the log is garbage",
+                "the log is the database",
+                "the log is cut",
+                "a bit of the log's byte",
+            )
+        ),
+        ("cut at page", "restored"),
+        ("empty", "restored"),
+        ("gone", "restored"),
+        ("text", "restored"),
+    ],
+)
+def test_a_damaged_database_is_restored_or_refused_and_never_silently_empty(
+    full, tmp_path, kind, wanted
+):
     """The first damage of each kind; what only a log that is lost held leaves no trace but in the backups."""
     name, *changed = next(one for one in damages(full) if one[0].startswith(kind))
-    assert outcome(damaged(full, tmp_path / "data", *changed), full[1], unlogged="log" in name) in wanted
+    assert (
+        outcome(damaged(full, tmp_path / "data", *changed), full[1], unlogged="log" in name)
+        in wanted
+    )
 
 
 @pytest.mark.long
-def test_over_a_hundred_damaged_databases_are_restored_or_refused_and_never_silently_empty(full, tmp_path):
+def test_over_a_hundred_damaged_databases_are_restored_or_refused_and_never_silently_empty(
+    full, tmp_path
+):
     outcomes = {}
     for name, folder in damaged_copies(full, tmp_path):
         outcomes[name] = outcome(folder, full[1], unlogged="log" in name)
-    counts = {kind: list(outcomes.values()).count(kind) for kind in ("sound", "restored", "refused")}
+    counts = {
+        kind: list(outcomes.values()).count(kind) for kind in ("sound", "restored", "refused")
+    }
     print(f"{len(outcomes)} damaged databases with backups: {counts}")
     assert len(outcomes) >= 100 and counts["restored"] >= 40
 
@@ -184,8 +233,11 @@ def test_without_a_backup_a_damaged_database_is_refused_and_left_as_it_is(full, 
 
 @pytest.mark.long
 def test_of_many_damaged_databases_without_a_backup_most_are_refused(full, tmp_path):
-    refused = [refused_as_it_is(full, folder) for name, folder in damaged_copies(full, tmp_path, 7)
-               if name.startswith(("zeros", "cut", "header", "empty", "gone", "text"))]
+    refused = [
+        refused_as_it_is(full, folder)
+        for name, folder in damaged_copies(full, tmp_path, 7)
+        if name.startswith(("zeros", "cut", "header", "empty", "gone", "text"))
+    ]
     print(f"{len(refused)} damaged databases without a backup: {sum(refused)} refused")
     assert sum(refused) >= 20
 
@@ -205,16 +257,22 @@ def test_the_restored_backup_is_named_and_what_is_newer_is_only_in_the_quarantin
         (page,) = source.execute(query).fetchone()
     data = bytearray((folder / FILE).read_bytes())
     # an index: the check fails, and every row can still be read
-    data[(page - 1) * PAGE:page * PAGE] = bytes(PAGE)
+    data[(page - 1) * PAGE : page * PAGE] = bytes(PAGE)
     (folder / FILE).write_bytes(data)
     with Store(folder) as store:
         (damage,) = store.damaged
-        assert damage.kind == "database" and "was restored" in damage.note and "only in this file" in damage.note
+        assert (
+            damage.kind == "database"
+            and "was restored" in damage.note
+            and "only in this file" in damage.note
+        )
         assert (folder / damage.file).read_bytes() == data
         assert look(store) == known
 
 
-def test_a_database_that_is_older_than_its_newest_backup_has_lost_something_and_is_restored(tmp_path):
+def test_a_database_that_is_older_than_its_newest_backup_has_lost_something_and_is_restored(
+    tmp_path,
+):
     with Store(tmp_path) as store:
         store.calibrations.add(calibration("north", "1"))
     older = (tmp_path / FILE).read_bytes()
@@ -227,10 +285,14 @@ def test_a_database_that_is_older_than_its_newest_backup_has_lost_something_and_
         assert damage.kind == "database" and "older than its newest backup" in damage.note
 
 
-def test_a_damaged_row_is_told_with_what_to_do_and_nothing_takes_its_place_unasked(tmp_path, caplog):
+def test_a_damaged_row_is_told_with_what_to_do_and_nothing_takes_its_place_unasked(
+    tmp_path, caplog
+):
     with Store(tmp_path) as store:
-        kept, other = store.calibrations.add(calibration("north", "1")), store.calibrations.add(calibration("north",
-                                                                                                            "2"))
+        kept, other = (
+            store.calibrations.add(calibration("north", "1")),
+            store.calibrations.add(calibration("north", "2")),
+        )
     with Store(tmp_path) as store:
         damage_row(store, CalibrationRow, lambda text: text.replace("1", "7"), id=kept.id)
     with Store(tmp_path) as store:
@@ -244,14 +306,17 @@ def test_a_damaged_row_is_told_with_what_to_do_and_nothing_takes_its_place_unask
         assert told.value.fix == damage.fix
 
 
-@pytest.mark.parametrize("change", [{"deleted_at": "2026"}, {"camera_key": "0" * 12}, {"snapshot": "x"},
-                                    {"version": 9}])
+@pytest.mark.parametrize(
+    "change", [{"deleted_at": "2026"}, {"camera_key": "0" * 12}, {"snapshot": "x"}, {"version": 9}]
+)
 def test_a_column_that_hides_a_row_is_damage_as_well(opener, tmp_path, change):
     with opener(tmp_path / "data") as store:
         kept = store.calibrations.add(calibration("north", "1"))
     with opener(tmp_path / "data") as store:
         with store._database.engine.begin() as connection:
-            connection.execute(update(CalibrationRow).where(CalibrationRow.id == kept.id).values(change))
+            connection.execute(
+                update(CalibrationRow).where(CalibrationRow.id == kept.id).values(change)
+            )
         with opener.again(store) as again:
             assert [d.kind for d in again.damaged] == ["calibrations"]
             if "deleted_at" not in change:
@@ -287,11 +352,15 @@ def test_pictures_without_their_database_are_not_silently_begun_anew(opener, tmp
     assert told.value.reason == "database-missing" and told.value.fix
 
 
-def test_a_kill_while_a_new_database_is_made_leaves_none_and_the_next_start_makes_it(tmp_path, monkeypatch):
+def test_a_kill_while_a_new_database_is_made_leaves_none_and_the_next_start_makes_it(
+    tmp_path, monkeypatch
+):
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+
         def killed(engine):
             (tmp_path / f"{FILE}.unfinished").write_bytes(b"half")
             raise KeyboardInterrupt
+
         patch.setattr("touchline.store.opening.upgrade", killed)
         Store(tmp_path)
     assert not (tmp_path / FILE).exists()
@@ -316,7 +385,9 @@ def test_no_image_of_a_torn_log_loses_what_was_acknowledged_before(full, tmp_pat
         image = bytearray(log)
         for sector in range(at, len(log), 512):
             if chance.random() < 0.5:
-                image[sector:sector + 512] = chance.choice([bytes(512), chance.randbytes(512)])[:len(log) - sector]
+                image[sector : sector + 512] = chance.choice([bytes(512), chance.randbytes(512)])[
+                    : len(log) - sector
+                ]
         torn.append(bytes(image))
     for number, image in enumerate(torn):
         place = tmp_path / f"torn{number}"

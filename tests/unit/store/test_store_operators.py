@@ -12,7 +12,13 @@ from itertools import count
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule, run_state_machine_as_test
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
 
 from tests.support.pictures import encoded, gradient
 from tests.support.servers import ROOT, Line, an_export, form, served
@@ -64,20 +70,33 @@ def machine(url, exported):
             who = self.who(who)
             self.saved(who, self.put(who, points))
 
-        @rule(points=st.lists(st.tuples(st.floats(0, 700), st.floats(0, 500)), min_size=1, max_size=2))
+        @rule(
+            points=st.lists(st.tuples(st.floats(0, 700), st.floats(0, 500)), min_size=1, max_size=2)
+        )
         @precondition(lambda self: self.etag is not None)
         def all_save_at_the_same_moment(self, points):
             self.opened = [self.etag] * len(self.lines)
             with ThreadPoolExecutor(len(self.lines)) as threads:
-                answers = list(threads.map(lambda who: self.put(who, [*points, (who, who)]), range(len(self.lines))))
+                answers = list(
+                    threads.map(
+                        lambda who: self.put(who, [*points, (who, who)]), range(len(self.lines))
+                    )
+                )
             winners = [who for who, (status, _, _, _) in enumerate(answers) if status == 200]
             assert len(winners) == 1 and all(status in (200, 412) for status, _, _, _ in answers)
             self.saved(winners[0], answers[winners[0]])
 
         def put(self, who, points):
-            body = {"field": "table", "observations": [{"feature": "left", "kind": "line",
-                                                        "points": [list(point) for point in points]}]}
-            headers = {"X-Operator": f"operator {who}", **({"If-Match": self.opened[who]} if self.opened[who] else {})}
+            body = {
+                "field": "table",
+                "observations": [
+                    {"feature": "left", "kind": "line", "points": [list(point) for point in points]}
+                ],
+            }
+            headers = {
+                "X-Operator": f"operator {who}",
+                **({"If-Match": self.opened[who]} if self.opened[who] else {}),
+            }
             return *self.lines[who].json("PUT", f"/drafts/{self.snapshot}", body, headers), body
 
         def saved(self, who, answer):
@@ -85,9 +104,16 @@ def machine(url, exported):
             if self.opened[who] is None:
                 assert status == 428
             elif self.opened[who] != self.etag:
-                assert status == 412 and content_of(told["current"]) == self.draft and headers["ETag"] == self.etag
+                assert (
+                    status == 412
+                    and content_of(told["current"]) == self.draft
+                    and headers["ETag"] == self.etag
+                )
             else:
-                assert status == 200 and told["observations"][0]["points"] == body["observations"][0]["points"]
+                assert (
+                    status == 200
+                    and told["observations"][0]["points"] == body["observations"][0]["points"]
+                )
                 assert told["updated_by"] == f"operator {who}"
                 self.opened[who] = self.etag = headers["ETag"]
                 self.draft = content_of(told)
@@ -95,7 +121,9 @@ def machine(url, exported):
         @rule(who=WHO, note=st.text(max_size=8))
         def save_a_calibration(self, who, note):
             data, headers = form(json.dumps({**exported, "camera": None, "note": note}).encode())
-            status, _, content = self.lines[self.who(who)].ask("POST", "/calibrations/import", data, headers)
+            status, _, content = self.lines[self.who(who)].ask(
+                "POST", "/calibrations/import", data, headers
+            )
             assert status == 201, content
             kept = json.loads(content)
             assert kept["id"] not in self.versions
@@ -148,13 +176,24 @@ def machine(url, exported):
 
 
 def content_of(draft):
-    return {key: draft[key] for key in ("field", "region", "rotate", "model", "options", "observations")}
+    return {
+        key: draft[key] for key in ("field", "region", "rotate", "model", "options", "observations")
+    }
 
 
 def at_work(server, runs, steps, always_the_same=False):
-    run_state_machine_as_test(lambda: machine(*server)(), settings=settings(
-        max_examples=runs, stateful_step_count=steps, derandomize=always_the_same, deadline=None, database=None,
-        print_blob=True, suppress_health_check=list(HealthCheck)))
+    run_state_machine_as_test(
+        lambda: machine(*server)(),
+        settings=settings(
+            max_examples=runs,
+            stateful_step_count=steps,
+            derandomize=always_the_same,
+            deadline=None,
+            database=None,
+            print_blob=True,
+            suppress_health_check=list(HealthCheck),
+        ),
+    )
 
 
 def test_operators_at_the_same_time_lose_nothing(server):

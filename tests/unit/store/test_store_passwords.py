@@ -30,12 +30,16 @@ def save_in_clear(store, body=BODY):
     """Rewrite the row as the version before had it."""
     with store._database.writing("The camera") as rows:
         row = rows.get(CameraRow, "north")
-        row.body = json.dumps({"sequence": 1, "revision": 1, "updated_at": "", "updated_by": "", "camera": body})
+        row.body = json.dumps(
+            {"sequence": 1, "revision": 1, "updated_at": "", "updated_by": "", "camera": body}
+        )
         update_checksum(row)
 
 
 def files_with(secret, folder):
-    return [str(path) for path in folder.rglob("*") if path.is_file() and secret in path.read_bytes()]
+    return [
+        str(path) for path in folder.rglob("*") if path.is_file() and secret in path.read_bytes()
+    ]
 
 
 def body_of(store, id="north"):
@@ -44,12 +48,16 @@ def body_of(store, id="north"):
 
 
 def missing(store):
-    return [warning.text for warning in store.warnings if warning.reason == "camera-password-missing"]
+    return [
+        warning.text for warning in store.warnings if warning.reason == "camera-password-missing"
+    ]
 
 
 def test_a_password_is_nowhere_in_clear_and_comes_back_after_a_restart(opener, store):
     assert store.cameras.get("north").body == store.cameras.all()[0].body == BODY
-    assert json.loads(body_of(store))["camera"]["source"] == SHOWN and "s3cret" not in body_of(store)
+    assert json.loads(body_of(store))["camera"]["source"] == SHOWN and "s3cret" not in body_of(
+        store
+    )
     store.cameras.save("north", {**BODY, "name": "other"}, store.cameras.get("north").etag)
     key = store.folder / FILE
     assert key.stat().st_mode & 0o777 == 0o600
@@ -61,7 +69,9 @@ def test_a_password_is_nowhere_in_clear_and_comes_back_after_a_restart(opener, s
 
 def test_a_key_that_root_makes_is_the_folders_owners(tmp_path, monkeypatch):
     given = []
-    monkeypatch.setattr("os.chown", lambda path, user, group: given.append((path.name, user, group)))
+    monkeypatch.setattr(
+        "os.chown", lambda path, user, group: given.append((path.name, user, group))
+    )
     with Store(tmp_path) as store:
         store.cameras.add("north", BODY)
     assert given == [(FILE, tmp_path.stat().st_uid, tmp_path.stat().st_gid)]
@@ -71,7 +81,9 @@ def test_a_key_that_root_makes_is_the_folders_owners(tmp_path, monkeypatch):
 def test_a_strange_address_of_an_archive_stops_nothing(opener, store, source):
     save_in_clear(store, {**BODY, "source": source})
     with opener.again(store) as again:
-        assert again.cameras.get("north").body["source"] == source and "s3cret" not in body_of(again)
+        assert again.cameras.get("north").body["source"] == source and "s3cret" not in body_of(
+            again
+        )
 
 
 def test_without_a_password_there_is_no_key(tmp_path):
@@ -118,10 +130,15 @@ def test_without_its_key_a_camera_stays_and_its_password_is_asked_for(opener, st
     store.close()
     (store.folder / FILE).write_bytes(broken) if broken else (store.folder / FILE).unlink()
     with opener(store.folder) as again:
-        assert [camera.name for camera in again.cameras.all()] == ["north", "south"] and again.damaged == ()
+        assert [camera.name for camera in again.cameras.all()] == [
+            "north",
+            "south",
+        ] and again.damaged == ()
         assert again.cameras.get("north").body == {**BODY, "source": SHOWN}
         assert missing(again) == ["The password is missing for these cameras: north."]
-        again.cameras.save("north", {**BODY, "source": SHOWN, "name": "N"}, again.cameras.get("north").etag)
+        again.cameras.save(
+            "north", {**BODY, "source": SHOWN, "name": "N"}, again.cameras.get("north").etag
+        )
         assert missing(again) != []  # another name is no password
     (store.folder / FILE).write_bytes(key)
     with opener(store.folder) as again:
@@ -149,12 +166,18 @@ def test_an_archive_has_no_password_and_its_cameras_ask_for_them(store, tmp_path
     if clear:
         save_in_clear(store)
     inside = zipped(store, tmp_path / "all.zip")
-    assert b"s3cret" not in inside and json.loads(body_of(store)).get("encrypted", "s3cret").encode() not in inside
+    assert (
+        b"s3cret" not in inside
+        and json.loads(body_of(store)).get("encrypted", "s3cret").encode() not in inside
+    )
     assert (store.folder / FILE).read_bytes().strip() not in inside
     restore_into(tmp_path / "all.zip", tmp_path / "bare", None)
     with Store(tmp_path / "bare") as again:
         assert [camera.body["source"] for camera in again.cameras.all()] == [SHOWN, "sim://table"]
-        assert missing(again) == ["The password is missing for these cameras: north."] and again.damaged == ()
+        assert (
+            missing(again) == ["The password is missing for these cameras: north."]
+            and again.damaged == ()
+        )
         etag = again.cameras.get("north").etag
         assert etag == store.cameras.get("north").etag
         again.cameras.save("north", BODY, etag)
@@ -165,7 +188,9 @@ def test_an_archive_with_passwords_brings_them_to_another_machine(store, tmp_pat
     assert b"op:s3cret@" in zipped(store, tmp_path / "all.zip", passwords=True)
     restore_into(tmp_path / "all.zip", tmp_path / "bare", None)
     with Store(tmp_path / "bare") as again:
-        assert [replace(a, etag="") for a in again.cameras.all()] == [replace(a, etag="") for a in store.cameras.all()]
+        assert [replace(a, etag="") for a in again.cameras.all()] == [
+            replace(a, etag="") for a in store.cameras.all()
+        ]
         assert missing(again) == [] and "s3cret" not in body_of(again)
     assert files_with(b"s3cret", tmp_path / "bare") == []
 

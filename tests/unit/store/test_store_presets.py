@@ -31,7 +31,10 @@ def test_it_is_changed_only_by_who_has_seen_the_newest_state(store):
     second = store.colour_profiles.save("hall", {**HALL, "reach": 2.0}, first.etag)
     with pytest.raises(Stale) as refused:
         store.colour_profiles.save("hall", HALL, first.etag)
-    assert refused.value.details["etag"] == second.etag and refused.value.details["current"]["reach"] == 2.0
+    assert (
+        refused.value.details["etag"] == second.etag
+        and refused.value.details["current"]["reach"] == 2.0
+    )
     with pytest.raises(Conflict) as refused:
         store.colour_profiles.save("hall", HALL, None)
     assert refused.value.reason == "colours-exists"

@@ -1,6 +1,5 @@
 """Rigs: kept, changed by one hand at a time, brought along by the archive, on either database."""
 
-
 import pytest
 
 from tests.support.store_opener import damage_row
@@ -9,7 +8,11 @@ from touchline.store.archive import restore_into
 from touchline.store.documents import RigRepository
 from touchline.store.tables import RigRow
 
-BODY = {"title": "Hall", "field": "ssl-div-b", "cameras": [{"camera": "north", "region": "half-left", "rotate": None}]}
+BODY = {
+    "title": "Hall",
+    "field": "ssl-div-b",
+    "cameras": [{"camera": "north", "region": "half-left", "rotate": None}],
+}
 
 
 @pytest.fixture
@@ -43,8 +46,10 @@ def test_a_name_is_given_once(store):
 def test_who_was_slower_neither_overwrites_nor_removes(store):
     first = store.rigs.add("hall", BODY)
     store.rigs.save("hall", {**BODY, "title": "theirs"}, first.etag)
-    for slower in (lambda: store.rigs.save("hall", {**BODY, "title": "ours"}, first.etag),
-                   lambda: store.rigs.delete("hall", first.etag)):
+    for slower in (
+        lambda: store.rigs.save("hall", {**BODY, "title": "ours"}, first.etag),
+        lambda: store.rigs.delete("hall", first.etag),
+    ):
         with pytest.raises(Stale) as refused:
             slower()
         assert refused.value.details["current"]["title"] == "theirs"

@@ -29,12 +29,17 @@ def save_clicks(store, id):
 
 def from_snapshot(store, id):
     from dataclasses import replace
+
     return store.calibrations.add(replace(calibration("north", "1"), snapshot=id))
 
 
-def test_the_oldest_picture_that_nothing_needs_makes_room_and_a_needed_one_never_does(opener, tmp_path):
+def test_the_oldest_picture_that_nothing_needs_makes_room_and_a_needed_one_never_does(
+    opener, tmp_path
+):
     with opener(tmp_path / "data", uploads_bytes=10_000) as store:
-        fitted, begun, board, loose, looser = (store.snapshots.add(os.urandom(1800), SIZE, "png").id for _ in range(5))
+        fitted, begun, board, loose, looser = (
+            store.snapshots.add(os.urandom(1800), SIZE, "png").id for _ in range(5)
+        )
         deleted = from_snapshot(store, fitted)
         store.calibrations.delete(deleted.id)  # hidden, and still resting on its picture
         save_clicks(store, begun)
@@ -48,7 +53,9 @@ def test_the_oldest_picture_that_nothing_needs_makes_room_and_a_needed_one_never
         with opener.again(store, uploads_bytes=10_000) as again:
             for id in (fitted, begun, board):
                 assert len(again.snapshots.picture(id)) == 1800
-            assert sum(path.stat().st_size for path in (again.folder / "pictures").iterdir()) <= 10_000
+            assert (
+                sum(path.stat().st_size for path in (again.folder / "pictures").iterdir()) <= 10_000
+            )
 
 
 def test_when_every_picture_is_needed_a_new_one_is_refused_and_work_goes_on(opener, tmp_path):
@@ -68,8 +75,9 @@ def test_a_picture_that_two_snapshots_share_goes_with_the_second(opener, tmp_pat
         save_clicks(store, second)
         store.snapshots.add(b"y" * 1800, SIZE, "png")
         store.snapshots.add(b"z" * 1800, SIZE, "png")
-        assert store.snapshots.picture(second) == b"x" * 1800 and first not in [s.id
-                                                                                for s in store.snapshots.list().items]
+        assert store.snapshots.picture(second) == b"x" * 1800 and first not in [
+            s.id for s in store.snapshots.list().items
+        ]
 
 
 def test_a_file_that_a_kill_left_without_its_row_goes_first(opener, tmp_path):
@@ -78,7 +86,10 @@ def test_a_file_that_a_kill_left_without_its_row_goes_first(opener, tmp_path):
         with opener.again(store, uploads_bytes=4000) as again:
             kept = again.snapshots.add(b"x" * 1800, SIZE, "png")
             again.snapshots.add(b"y" * 1800, SIZE, "png")
-            assert again.snapshots.picture(kept.id) and len(list((again.folder / "pictures").iterdir())) == 2
+            assert (
+                again.snapshots.picture(kept.id)
+                and len(list((again.folder / "pictures").iterdir())) == 2
+            )
 
 
 def test_a_file_that_is_about_to_get_its_row_is_not_one_without(opener, tmp_path, monkeypatch):
@@ -94,7 +105,10 @@ def test_a_file_that_is_about_to_get_its_row_is_not_one_without(opener, tmp_path
     first, second = b"x" * 1800, b"y" * 2000
     with opener(tmp_path / "data", uploads_bytes=4000) as store:
         store.snapshots.add(b"o" * 2100, SIZE, "png")  # makes room for the second
-        adding = [threading.Thread(target=store.snapshots.add, args=(data, SIZE, "png")) for data in (first, second)]
+        adding = [
+            threading.Thread(target=store.snapshots.add, args=(data, SIZE, "png"))
+            for data in (first, second)
+        ]
         adding[0].start()
         assert written.wait(LONG_S)
         adding[1].start()
@@ -102,12 +116,18 @@ def test_a_file_that_is_about_to_get_its_row_is_not_one_without(opener, tmp_path
         go_on.set()
         for one in adding:
             one.join(LONG_S)
-        assert {store.snapshots.picture(s.id) for s in store.snapshots.list().items} == {first, second}
+        assert {store.snapshots.picture(s.id) for s in store.snapshots.list().items} == {
+            first,
+            second,
+        }
 
 
-@pytest.mark.parametrize("free_mb, warned, refused", [(600, False, False), (400, True, False), (50, True, True)])
-def test_a_nearly_full_disk_is_told_then_refuses_pictures_and_always_takes_calibrations(tmp_path, free_mb, warned,
-                                                                                         refused):
+@pytest.mark.parametrize(
+    "free_mb, warned, refused", [(600, False, False), (400, True, False), (50, True, True)]
+)
+def test_a_nearly_full_disk_is_told_then_refuses_pictures_and_always_takes_calibrations(
+    tmp_path, free_mb, warned, refused
+):
     with Store(tmp_path, free=lambda folder: free_mb * MB) as store:
         assert [w.reason for w in store.warnings] == (["disk-nearly-full"] if warned else [])
         if refused:
@@ -148,7 +168,9 @@ def test_copies_thin_out_with_age_whatever_the_clock_does(tmp_path, source):
     hours[100:110] = [-9000] * 10  # the clock jumps by a year, and back
     kept = placed(Backups(tmp_path / "copies", source), enumerate(hours))
     assert [b.changes for b in kept[:12]] == list(range(1499, 1487, -1))
-    assert [hours[b.changes] for b in kept[12:32]] == list(range(495, 475, -1)), "the last one of each hour"
+    assert [hours[b.changes] for b in kept[12:32]] == list(range(495, 475, -1)), (
+        "the last one of each hour"
+    )
     assert [hours[b.changes] % 24 for b in kept[32:-2]] == [11] * 12, "the last one of each day"
     assert [hours[b.changes] for b in kept[-2:]] == [-9000, 33], "the last one of each week"
 
@@ -158,7 +180,9 @@ def test_few_copies_of_a_large_database_reach_far_back(tmp_path, source, monkeyp
     hours = [k // 3 for k in range(1500)]
     kept = placed(Backups(tmp_path / "copies", source), enumerate(hours), 100)
     assert len(kept) == MAX_COPIES
-    assert [hours[b.changes] for b in kept] == [499, 499, 499, 498, 491, 371], "hours, days and a week ago"
+    assert [hours[b.changes] for b in kept] == [499, 499, 499, 498, 491, 371], (
+        "hours, days and a week ago"
+    )
 
 
 def test_backups_keep_to_their_share_and_the_newest_is_always_there(tmp_path, source):
@@ -178,13 +202,18 @@ def test_a_backup_made_while_others_save_is_whole_and_restores_to_a_state_that_w
     with Store(tmp_path / "data") as store:
         for k in range(60):
             store.calibrations.add(calibration("north", str(k)))
-        until(lambda: store.calibrations.add(calibration("north", "more")) and store._backups.all(),
-              lambda copies: len(copies) >= 3)
+        until(
+            lambda: store.calibrations.add(calibration("north", "more")) and store._backups.all(),
+            lambda copies: len(copies) >= 3,
+        )
     copies = Backups(tmp_path / "data" / "backups", tmp_path / "data" / "touchline.db").all()
     assert len(copies) >= 3 and all(find_damage(copy.path) is None for copy in copies)
     for copy in copies:
         with closing(sqlite3.connect(copy.path)) as connection:
-            versions = [row[0] for row in connection.execute("SELECT version FROM calibrations ORDER BY sequence")]
+            versions = [
+                row[0]
+                for row in connection.execute("SELECT version FROM calibrations ORDER BY sequence")
+            ]
         # each change was a save: a state between two of them
         assert versions == list(range(1, copy.changes + 1))
 
@@ -201,11 +230,15 @@ def test_postgresql_that_goes_away_is_told_and_work_goes_on_when_it_is_back(post
     with Store(tmp_path / "data", database=postgres.database(tmp_path / "data")) as store:
         kept = store.calibrations.add(calibration("north", "1"))
         postgres.stop()
-        for call in (lambda: store.calibrations.add(calibration("north", "2")),
-                     lambda: store.calibrations.get(kept.id)):
+        for call in (
+            lambda: store.calibrations.add(calibration("north", "2")),
+            lambda: store.calibrations.get(kept.id),
+        ):
             with pytest.raises(Unavailable) as told:
                 call()
             assert told.value.reason == "database-away" and told.value.status == 503
         postgres.start()
-        assert store.calibrations.get(kept.id) == kept and store.calibrations.add(calibration("north",
-                                                                                              "2")).version == 2
+        assert (
+            store.calibrations.get(kept.id) == kept
+            and store.calibrations.add(calibration("north", "2")).version == 2
+        )

@@ -30,15 +30,22 @@ def fill(store):
     return [store.lenses.add({"model": "ssl"}) for _ in range(3)][-1]
 
 
-@pytest.mark.parametrize("vanished", [{"lenses": 2, "cameras": 1, "activations": 1}, {"snapshots": 1}],
-                         ids=lambda vanished: " ".join(vanished))
-def test_rows_that_vanished_are_named_at_the_next_start_and_a_good_backup_has_them(tmp_path, vanished):
+@pytest.mark.parametrize(
+    "vanished",
+    [{"lenses": 2, "cameras": 1, "activations": 1}, {"snapshots": 1}],
+    ids=lambda vanished: " ".join(vanished),
+)
+def test_rows_that_vanished_are_named_at_the_next_start_and_a_good_backup_has_them(
+    tmp_path, vanished
+):
     with Store(tmp_path) as store:
         newest = fill(store)
     with closing(sqlite3.connect(tmp_path / FILE)) as connection:
         for table, count in vanished.items():
-            connection.execute(f"DELETE FROM {table} WHERE rowid IN (SELECT rowid FROM {table} ORDER BY rowid DESC "
-                               f"LIMIT {count})")
+            connection.execute(
+                f"DELETE FROM {table} WHERE rowid IN (SELECT rowid FROM {table} ORDER BY rowid DESC "
+                f"LIMIT {count})"
+            )
         connection.commit()
     for _ in range(2):  # a start and a save later they are not forgotten
         with Store(tmp_path) as store:
@@ -84,7 +91,9 @@ def test_rows_that_vanished_are_forgotten_with_the_file_that_names_them(opener, 
             if opener.on_sqlite:
                 with store._backups.held:
                     store._backups.make()
-                assert store.find_restoration().lost == 0, "what is gone for good makes no backup bad"
+                assert store.find_restoration().lost == 0, (
+                    "what is gone for good makes no backup bad"
+                )
 
 
 def test_what_operators_delete_themselves_has_not_vanished(opener, tmp_path):
@@ -117,20 +126,28 @@ def test_images_that_vanished_are_counted_until_they_are_put_back(tmp_path):
             assert store.snapshots.picture(there.id) == b"y"
             with pytest.raises(TouchlineError) as told:
                 store.snapshots.picture(gone.id)
-            assert told.value.status == 503 and "quarantine" not in told.value.what and told.value.fix
+            assert (
+                told.value.status == 503 and "quarantine" not in told.value.what and told.value.fix
+            )
     path.write_bytes(b"x")
     with Store(tmp_path) as store:
         assert reasons(store) == [] and store.snapshots.picture(gone.id) == b"x"
 
 
-def test_a_data_folder_that_is_moved_while_it_is_open_is_named_and_refuses_what_it_cannot_save(tmp_path):
+def test_a_data_folder_that_is_moved_while_it_is_open_is_named_and_refuses_what_it_cannot_save(
+    tmp_path,
+):
     folder, moved = tmp_path / "data", tmp_path / "moved"
     clip = {"width": 1, "height": 1, "frames": []}
     with Store(folder) as store:
         kept = fill(store)
         folder.rename(moved)
-        for work in (lambda: store.snapshots.add(b"new", SIZE, "png"), lambda: store.disk_usage,
-                     lambda: store.repository(ClipRepository).add("north", clip, b""), store.archive):
+        for work in (
+            lambda: store.snapshots.add(b"new", SIZE, "png"),
+            lambda: store.disk_usage,
+            lambda: store.repository(ClipRepository).add("north", clip, b""),
+            store.archive,
+        ):
             with pytest.raises(TouchlineError) as told:
                 work()
             assert told.value.status == 503 and told.value.fix

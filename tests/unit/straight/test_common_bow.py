@@ -21,12 +21,16 @@ def test_ropes_that_sag_on_both_sides_of_the_centre_are_no_lens(sag, side):
 
 
 def test_a_bow_towards_the_side_is_told_as_well():
-    turned = [chain[:, ::-1] for chain in level_lines(STRAIGHT, 2, sag=0.006, lines=8, reach=(0.3, 1.1))]
+    turned = [
+        chain[:, ::-1] for chain in level_lines(STRAIGHT, 2, sag=0.006, lines=8, reach=(0.3, 1.1))
+    ]
     report = report_of(turned)
     assert report["edges_bow"] and "towards the right" in report["sentence"]
 
 
-@pytest.mark.parametrize(("terms", "centre"), [((0.06,), (0, 0)), ((-0.1, 0.02, 0.002, -0.002), (30, -50))])
+@pytest.mark.parametrize(
+    ("terms", "centre"), [((0.06,), (0, 0)), ((-0.1, 0.02, 0.002, -0.002), (30, -50))]
+)
 def test_an_honest_lens_bows_edges_whatever_its_centre_and_its_tangential_terms(terms, centre):
     report = report_of(level_lines(lens_of(terms=terms, centre=centre), 1, lines=8))
     assert report["distortion"] == "significant" and report["edges_bow"] is None

@@ -6,7 +6,9 @@ import pytest
 from touchline.straight.tracks import MotionDetector
 
 
-@pytest.mark.parametrize("colour", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)], ids=["blue", "green", "red", "white"])
+@pytest.mark.parametrize(
+    "colour", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)], ids=["blue", "green", "red", "white"]
+)
 def test_a_ball_is_seen_after_light_of_any_colour_has_changed_slowly(colour):
     detector, frame = MotionDetector(), np.full((120, 160, 3), 90, np.uint8)
     for _ in range(60):

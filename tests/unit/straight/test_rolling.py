@@ -38,8 +38,13 @@ from touchline.straight.tracks import MovingBlob, Tracker, straight_runs
 from touchline.workflows.calibration_request import CalibrationRequest
 
 LARGE = ImageSize(1224, 1024)
-CHORDS = [((60, 60), (580, 70), 40), ((590, 90), (560, 430), 30), ((540, 440), (60, 430), 40),
-          ((50, 400), (80, 70), 30), ((100, 100), (520, 380), 35)]
+CHORDS = [
+    ((60, 60), (580, 70), 40),
+    ((590, 90), (560, 430), 30),
+    ((540, 440), (60, 430), 40),
+    ((50, 400), (80, 70), 30),
+    ((100, 100), (520, 380), 35),
+]
 
 
 def followed(frames):
@@ -66,6 +71,7 @@ def filmed(tmp_path_factory):
             rolling.end()
             kept[k] = rolling, path
         return kept[k]
+
     return of
 
 
@@ -78,13 +84,17 @@ def test_rolls_in_a_film_tell_the_lens_that_it_was_taken_with(filmed, k):
     assert told["raw"]["border_sigma_pct"] < 0.8
     kind = "no significant distortion" if k == 0 else "barrel" if k < 0 else "pincushion"
     assert kind in told["sentence"]
-    assert all(run["to_s"] > run["from_s"] for run in told["runs"]) and json.dumps(told, allow_nan=False)
+    assert all(run["to_s"] > run["from_s"] for run in told["runs"]) and json.dumps(
+        told, allow_nan=False
+    )
 
 
 def test_what_a_right_model_leaves_is_nothing_and_what_a_wrong_one_leaves_is_told(filmed):
     recorded = filmed(-0.25)[0]
     right = recorded.report(UndistortedView(lens_of(-0.25)), "example")
-    assert abs(right["corrected"]["border_pct"]) < max(3 * right["corrected"]["border_sigma_pct"], 0.1)
+    assert abs(right["corrected"]["border_pct"]) < max(
+        3 * right["corrected"]["border_sigma_pct"], 0.1
+    )
     assert "corrected" in right["sentence"] and "no significant distortion" in right["sentence"]
     wrong = recorded.report(UndistortedView(lens_of(0.0)), "example")["corrected"]
     assert wrong["border_pct"] < -3 * wrong["border_sigma_pct"]
@@ -112,7 +122,9 @@ def test_a_kick_cuts_a_track_in_two_at_its_corner():
         way = np.deg2rad(turn)
         first = np.stack([np.linspace(100, 400, 30), np.full(30, 200.0)], axis=1)
         second = first[-1] + np.arange(1, 31)[:, None] * 10 * np.array([np.cos(way), np.sin(way)])
-        runs = straight_runs(frames, np.concatenate([first, second]) + rng.normal(0, 0.25, (60, 2)), 1000.0)
+        runs = straight_runs(
+            frames, np.concatenate([first, second]) + rng.normal(0, 0.25, (60, 2)), 1000.0
+        )
         assert [abs(run.frames[-1] - 29) <= 2 for run in runs[:1]] == [True] and len(runs) == 2
         assert abs(runs[1].frames[0] - 30) <= 2 and max(run.rms_px for run in runs) < 0.4
 
@@ -136,7 +148,10 @@ def test_what_is_followed_all_day_takes_no_more_room(monkeypatch):
     monkeypatch.setattr(tracking, "MAX_POINTS", 60)
     tracker, rolling, lengths = Tracker(), RollRecorder(live=True), []
     for frame in range(160):
-        tracker.add(frame, [MovingBlob(320 + 100 * np.cos(frame / 9), 240 + 100 * np.sin(frame / 9), 50.0, 40.0)])
+        tracker.add(
+            frame,
+            [MovingBlob(320 + 100 * np.cos(frame / 9), 240 + 100 * np.sin(frame / 9), 50.0, 40.0)],
+        )
         lengths += [len(track.points) for track in tracker.now]
     assert max(lengths) == 59  # the sixtieth ends it
     pixels = np.zeros((48, 64, 3), np.uint8)
@@ -193,7 +208,10 @@ def test_what_is_driven_is_not_taken_for_rolls():
     rng, size, tracks = np.random.default_rng(5), ImageSize(1224, 1024), []
     for _ in range(12):  # robots, on rounds of about 150 px
         turn = rng.uniform(0, 2 * np.pi) + rng.choice([-1, 1]) * np.linspace(0, 0.8, 40)
-        tracks.append(rng.uniform(200, 800, 2) + rng.uniform(100, 200) * np.stack([np.cos(turn), np.sin(turn)], axis=1))
+        tracks.append(
+            rng.uniform(200, 800, 2)
+            + rng.uniform(100, 200) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        )
     told = roll_report([RecordedRoll(p, 0.0, 1.3, 0.1, 1.0) for p in tracks], size)
     assert not told["raw"]["free"] and "driven or pushed" in told["sentence"]
     with pytest.raises(FitFailed) as refused:
@@ -203,7 +221,11 @@ def test_what_is_driven_is_not_taken_for_rolls():
 
 def test_without_rolls_nothing_is_claimed():
     told = followed(film(lens_of(0.0), [], still=20))
-    assert told["rolls"] == 0 and told["raw"]["border_pct"] == 0 and told["raw"]["border_sigma_pct"] is None
+    assert (
+        told["rolls"] == 0
+        and told["raw"]["border_pct"] == 0
+        and told["raw"]["border_sigma_pct"] is None
+    )
     assert "No straight roll" in told["sentence"] and told["lens"] is None
 
 
@@ -226,28 +248,54 @@ def calibrated_over_rolls(clicks=4, count=20, seed=1, lens="strong", size=LARGE)
     field = load_fields()["ssl-div-b"]
     region, rng = field.regions["full"], np.random.default_rng(seed)
     camera = SimCamera.above(region, size, LENSES[lens], height_mm=6500)
-    task = CalibrationRequest(border_observations(camera, region, clicks, 0.5, rng, anywhere=True), field, region,
-                              camera.image_size, "brown-conrady", {"height_mm": {"value": 6500.0, "sigma": 30.0}},
-                              camera="north")
+    task = CalibrationRequest(
+        border_observations(camera, region, clicks, 0.5, rng, anywhere=True),
+        field,
+        region,
+        camera.image_size,
+        "brown-conrady",
+        {"height_mm": {"value": 6500.0, "sigma": 30.0}},
+        camera="north",
+    )
     rolls = []
     while len(rolls) < count:
         start, angle = rng.uniform([-4300, -2900], [4300, 2900]), rng.uniform(0, 2 * np.pi)
         end = start + rng.uniform(1500, 5000) * np.array([np.cos(angle), np.sin(angle)])
         if abs(end[0]) < 4400 and abs(end[1]) < 2950:
             t = np.linspace(0, 1, 40)[:, None]
-            raw = camera.raw_from_field(np.concatenate([start * (1 - t) + end * t, np.full((40, 1), 21.5)], axis=1))
+            raw = camera.raw_from_field(
+                np.concatenate([start * (1 - t) + end * t, np.full((40, 1), 21.5)], axis=1)
+            )
             rolls.append(RecordedRoll(raw + rng.normal(0, 0.25, raw.shape), 0.0, 1.3, 0.25, 0.3))
     return (camera, rolls), task.record(task.run(cross_validate=False))
 
 
 def test_a_job_makes_a_report_a_lens_or_a_better_calibration_of_a_film(filmed):
-    spec = {"film": str(filmed(-0.25)[1]), "rolls": [], "image_size": None, "calibration": None, "make": "lens",
-            "lens": "division", "centre_sigma_px": 0.0, "note": "", "camera": None}
+    spec = {
+        "film": str(filmed(-0.25)[1]),
+        "rolls": [],
+        "image_size": None,
+        "calibration": None,
+        "make": "lens",
+        "lens": "division",
+        "centre_sigma_px": 0.0,
+        "note": "",
+        "camera": None,
+    }
     made = run_motion(spec, no_progress)
-    assert made["report"]["rolls"] == 5 and made["report"]["raw"]["border_pct"] < -1 and made["calibration"] is None
-    assert made["lens"]["lens"]["name"] == "division" and abs(made["lens"]["lens"]["terms"]["k"] + 0.25) < 0.05
+    assert (
+        made["report"]["rolls"] == 5
+        and made["report"]["raw"]["border_pct"] < -1
+        and made["calibration"] is None
+    )
+    assert (
+        made["lens"]["lens"]["name"] == "division"
+        and abs(made["lens"]["lens"]["terms"]["k"] + 0.25) < 0.05
+    )
     _, calibration = calibrated_over_rolls(size=SIZE)
-    better = run_motion({**spec, "make": "refined", "calibration": calibration.to_json()}, no_progress)["calibration"]
+    better = run_motion(
+        {**spec, "make": "refined", "calibration": calibration.to_json()}, no_progress
+    )["calibration"]
     assert better["options"]["lens_sigma"] == "own"
     with pytest.raises(NotFound, match=r"nothing\.mp4"):
         run_motion({**spec, "film": "nothing.mp4"}, no_progress)
@@ -263,18 +311,28 @@ def test_rolls_tell_the_lens_within_three_sigma_and_a_fit_that_holds_it_needs_fe
     (camera, rolls), made = calibrated_over_rolls()
     kept = lens_record(rolls, camera.image_size, "brown-conrady")
     unit = np.hypot(*camera.image_size) / 2
-    truth = {"k1": -0.28 * (unit / camera.focal_px[0]) ** 2, "k2": 0.09 * (unit / camera.focal_px[0]) ** 4}
+    truth = {
+        "k1": -0.28 * (unit / camera.focal_px[0]) ** 2,
+        "k2": 0.09 * (unit / camera.focal_px[0]) ** 4,
+    }
     for name in truth:
-        assert abs(kept["lens"]["terms"][name] - truth[name]) < 3 * kept["report"]["sigma"][name] < 0.3
+        assert (
+            abs(kept["lens"]["terms"][name] - truth[name]) < 3 * kept["report"]["sigma"][name] < 0.3
+        )
     raw, field = (points.reshape(-1, 2) for points in known_grid(camera, camera_region(), 9, 7))
 
     def off_mm(calibration):
         model = model_from_json(calibration.model_name, calibration.model_parameters)
         return rms_mm(field_from_raw(model, raw), field)
+
     better = refine(made, kept)
     # these four clicks a border tell the lens badly
     assert 20 > off_mm(made) > 1.5 * off_mm(better)
-    assert better.parent == made.id and "lens refined with" in better.note and better.options["lens_sigma"] == "own"
+    assert (
+        better.parent == made.id
+        and "lens refined with" in better.note
+        and better.options["lens_sigma"] == "own"
+    )
 
 
 def camera_region():
@@ -283,8 +341,12 @@ def camera_region():
 
 def test_what_rolls_cannot_refine_is_refused_with_the_reason():
     (camera, rolls), made = calibrated_over_rolls()
-    for wrong in (None, replace(made, model_name="polynomial"), replace(made, observations=()),
-                  refine(made, lens_record(rolls, camera.image_size, "brown-conrady"))):
+    for wrong in (
+        None,
+        replace(made, model_name="polynomial"),
+        replace(made, observations=()),
+        refine(made, lens_record(rolls, camera.image_size, "brown-conrady")),
+    ):
         with pytest.raises(Conflict) as refused:
             check_refinable(wrong)
         assert refused.value.fix
@@ -296,15 +358,32 @@ def test_what_rolls_cannot_refine_is_refused_with_the_reason():
 def test_kept_rolls_say_each_its_number_and_those_left_out_none():
     rng, size = np.random.default_rng(4), ImageSize(1224, 1024)
     tracks, seconds = chords(rng, lens_of(-0.2, size), 9)
-    kept = [{"id": str(i), "at": 10.0 + i, "seconds": t, "points": p.tolist(), "image_size": list(size),
-             "left_out": i == 3} for i, (p, t) in enumerate(zip(tracks, seconds, strict=True))]
+    kept = [
+        {
+            "id": str(i),
+            "at": 10.0 + i,
+            "seconds": t,
+            "points": p.tolist(),
+            "image_size": list(size),
+            "left_out": i == 3,
+        }
+        for i, (p, t) in enumerate(zip(tracks, seconds, strict=True))
+    ]
     kept[0]["image_size"] = [640, 480]
     told = stored_rolls_json(kept, None)
     assert told["report"]["rolls"] == 7 and told["report"]["raw"]["border_pct"] < 0
     assert [item["id"] for item in told["items"] if item["raw"] is None] == ["0", "3"]
     assert not told["items"][0]["counts"] and told["items"][3]["left_out"]
-    assert {item["raw"]["level"] for item in told["items"] if item["raw"]} <= {"good", "fair", "poor", "left-out"}
-    assert json.dumps(told, allow_nan=False) and stored_rolls_json([], None) == {"items": [], "report": None}
+    assert {item["raw"]["level"] for item in told["items"] if item["raw"]} <= {
+        "good",
+        "fair",
+        "poor",
+        "left-out",
+    }
+    assert json.dumps(told, allow_nan=False) and stored_rolls_json([], None) == {
+        "items": [],
+        "report": None,
+    }
 
 
 def recorded_of(path, first, last):
@@ -323,8 +402,12 @@ def recorded_of(path, first, last):
 def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data, part):
     path = real_data("motion/pool_smartcue/2019_PoolChamp_Clip15.mp4")
     told = (recorded_of(path, *part) if part else track_film(str(path))).report()
-    longest = max(told["runs"], key=lambda run: np.hypot(*np.subtract(run["points"][0], run["points"][-1])))
-    assert len(longest["points"]) >= 20 and longest["straight_px"] < 0.35 and longest["rms_px"] < 0.2
+    longest = max(
+        told["runs"], key=lambda run: np.hypot(*np.subtract(run["points"][0], run["points"][-1]))
+    )
+    assert (
+        len(longest["points"]) >= 20 and longest["straight_px"] < 0.35 and longest["rms_px"] < 0.2
+    )
     assert np.hypot(*np.subtract(longest["points"][0], longest["points"][-1])) > 290
 
 

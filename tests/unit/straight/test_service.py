@@ -30,7 +30,11 @@ def test_a_roll_that_two_pages_have_seen_is_kept_once_and_survives_a_restart(ope
     with opener(store.folder) as again:
         kept = again.repository(RollRepository).of("north")
         assert [roll["id"] for roll in kept] == [f"{1:016x}", f"{2:016x}"]
-        assert kept[0]["points"] == ROLL["points"] and not kept[0]["left_out"] and kept[0]["camera"] == "north"
+        assert (
+            kept[0]["points"] == ROLL["points"]
+            and not kept[0]["left_out"]
+            and kept[0]["camera"] == "north"
+        )
 
 
 def test_a_roll_is_left_out_taken_in_again_and_removed(rolls):
@@ -48,9 +52,16 @@ def test_a_roll_is_left_out_taken_in_again_and_removed(rolls):
 
 def test_what_is_not_there_or_another_cameras_is_said_to_be_unknown(rolls):
     rolls.add("north", f"{1:016x}", ROLL)
-    for camera, id in (("north", f"{2:016x}"), ("south", f"{1:016x}"), ("north", "none"), ("north", "\0")):
-        for deed in (lambda camera=camera, id=id: rolls.leave_out(camera, id, True),
-                     lambda camera=camera, id=id: rolls.delete(camera, id)):
+    for camera, id in (
+        ("north", f"{2:016x}"),
+        ("south", f"{1:016x}"),
+        ("north", "none"),
+        ("north", "\0"),
+    ):
+        for deed in (
+            lambda camera=camera, id=id: rolls.leave_out(camera, id, True),
+            lambda camera=camera, id=id: rolls.delete(camera, id),
+        ):
             with pytest.raises(NotFound) as refused:
                 deed()
             assert refused.value.reason == "unknown-roll"

@@ -22,8 +22,14 @@ def test_the_facade_becomes_straight_to_a_fifth_of_a_pixel(shrink):
     assert report["distortion"] == "significant"
     assert report["straightness_px"]["before"] > 5 / shrink
     assert report["straightness_px"]["after"] <= 0.20
-    roof = max((line for line in report["lines"] if max(line["ends"][0][1], line["ends"][-1][1]) < 160 / shrink),
-               key=lambda line: line["length_px"])
+    roof = max(
+        (
+            line
+            for line in report["lines"]
+            if max(line["ends"][0][1], line["ends"][-1][1]) < 160 / shrink
+        ),
+        key=lambda line: line["length_px"],
+    )
     # the longest is used
     assert roof["used"] and roof["before_px"] > 8 / shrink and roof["after_px"] < 0.3
 
@@ -33,14 +39,22 @@ def test_the_facade_as_others_corrected_it_has_no_significant_distortion(shrink)
     report = straightness_of(shrunk(picture("ipol_alvarez/building_division_model.png"), shrink))
     assert report["distortion"] == "none"
     assert "No significant distortion" in report["sentence"]
-    assert report["bow"]["longest"]["length_px"] > 1000 / shrink and report["bow"]["longest"]["px"] < 0.3
+    assert (
+        report["bow"]["longest"]["length_px"] > 1000 / shrink
+        and report["bow"]["longest"]["px"] < 0.3
+    )
 
 
-@pytest.mark.parametrize(("lens", "every", "shrink"), [
-    ("brown-conrady", 4, 2), long("brown-conrady", 2, 1), long("division-even", 2, 1)])
+@pytest.mark.parametrize(
+    ("lens", "every", "shrink"),
+    [("brown-conrady", 4, 2), long("brown-conrady", 2, 1), long("division-even", 2, 1)],
+)
 def test_every_picture_of_one_camera_finds_the_lens_of_all(lens, every, shrink):
     """At least nine in ten terms within 2 σ of the joint one's, none beyond 4 σ."""
-    pictures, size = [shrunk(p, shrink) for p in department()[::every]], ImageSize(800 // shrink, 600 // shrink)
+    pictures, size = (
+        [shrunk(p, shrink) for p in department()[::every]],
+        ImageSize(800 // shrink, 600 // shrink),
+    )
     sets = [edge_chains(p) for p in pictures]
     numbers = np.repeat(range(len(sets)), [len(s) for s in sets])
     joint = fit_plumb_lines([c for s in sets for c in s], size, lens, pictures=numbers)

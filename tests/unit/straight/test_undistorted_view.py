@@ -8,8 +8,15 @@ from tests.support.straight_edges import lens_of
 from touchline.core.errors import Conflict
 from touchline.straight.straightness import UndistortedView, undistort
 
-LENSES = [lens_of(name, terms, size=SIZE) for name, terms in (
-    ("division", (-0.3,)), ("division", (0.08,)), ("division-even", (-0.6, -0.1)), ("brown-conrady", (-0.28, 0.09)))]
+LENSES = [
+    lens_of(name, terms, size=SIZE)
+    for name, terms in (
+        ("division", (-0.3,)),
+        ("division", (0.08,)),
+        ("division-even", (-0.6, -0.1)),
+        ("brown-conrady", (-0.28, 0.09)),
+    )
+]
 
 
 @pytest.mark.parametrize("lens", LENSES, ids=lambda lens: f"{lens.name} {lens.terms[0]}")

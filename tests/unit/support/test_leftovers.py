@@ -14,6 +14,8 @@ def test_a_process_has_its_name_from_its_first_moment_until_its_end():
         before = leftovers()
         with subprocess.Popen([sys.executable, "-c", SLEEP]) as process:
             assert words_of(Path("/proc", str(process.pid))).endswith(f"{SLEEP} ")
-            assert [text.split(":")[0] for text in leftovers() - before] == [f"process {process.pid}"]
+            assert [text.split(":")[0] for text in leftovers() - before] == [
+                f"process {process.pid}"
+            ]
             process.kill()
         assert leftovers() == before and words_of(Path("/proc", str(process.pid))) == ""

@@ -15,7 +15,12 @@ from tests.support.tiers import rounds
 from touchline.core.field import Arc
 
 SMALL = {"size": (160, 120)}
-CLEAN = {"optics": Optics(0.6), "sensor": Sensor(0.0), "things": Things(), "paint": PaintErrors(width_mm=25.0)}
+CLEAN = {
+    "optics": Optics(0.6),
+    "sensor": Sensor(0.0),
+    "things": Things(),
+    "paint": PaintErrors(width_mm=25.0),
+}
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +44,17 @@ def test_a_pixel_leads_back_to_the_place_that_it_shows(drawn, lens):
 def test_lines_are_drawn_where_the_camera_sees_them(seeds):
     """The brightness's centre of gravity across a line, against the projection of its middle."""
     for seed, smaller in seeds.items():
-        scene = render(scene_spec(seed, field="ssl-div-b", region="full", tilt_deg=15.0, mirrored=False, **smaller,
-                                  **CLEAN))
+        scene = render(
+            scene_spec(
+                seed,
+                field="ssl-div-b",
+                region="full",
+                tilt_deg=15.0,
+                mirrored=False,
+                **smaller,
+                **CLEAN,
+            )
+        )
         gray = scene.pixels[..., 1].astype(float)
         off = []
         for line in scene.paint.markings[:6]:
@@ -48,12 +62,16 @@ def test_lines_are_drawn_where_the_camera_sees_them(seeds):
             for t in np.linspace(0.07, 0.93, 40):
                 place = start + t * (end - start)
                 along = (end - start) / np.linalg.norm(end - start)
-                pixel, ahead = scene.camera.project(np.array([[*place, 0.0], [*(place + 30 * along), 0.0]]))
+                pixel, ahead = scene.camera.project(
+                    np.array([[*place, 0.0], [*(place + 30 * along), 0.0]])
+                )
                 if not scene.camera.inside(pixel, 14):
                     continue
                 tangent = (ahead - pixel) / np.linalg.norm(ahead - pixel)
                 across = np.arange(-9, 9.01, 0.25)
-                at = (pixel + across[:, None] * np.array([-tangent[1], tangent[0]])).astype(np.float32)
+                at = (pixel + across[:, None] * np.array([-tangent[1], tangent[0]])).astype(
+                    np.float32
+                )
                 row = cv2.remap(gray, at[:, 0], at[:, 1], cv2.INTER_LINEAR).ravel()
                 row = np.clip(row - np.percentile(row, 40) - 12, 0, None)
                 if row.sum() > 50:
@@ -77,14 +95,20 @@ def test_a_mirrored_picture_is_the_same_picture_turned_over():
     plain, mirrored = render(spec), render(replace(spec, mirrored=True))
     assert np.array_equal(plain.pixels[:, ::-1], mirrored.pixels)
     place = np.array([[10.0, 20.0, 0.0]])
-    assert mirrored.camera.project(place)[0, 0] == pytest.approx(spec.size[0] - 1 - plain.camera.project(place)[0, 0])
+    assert mirrored.camera.project(place)[0, 0] == pytest.approx(
+        spec.size[0] - 1 - plain.camera.project(place)[0, 0]
+    )
 
 
 def test_paint_lies_beside_its_place_by_what_the_truth_says():
     field = fields()["ssl-div-b"]
     paint = painted(field, PaintErrors(3.0, 10.0), np.random.default_rng(5))
-    offsets = np.array([*(paint.offsets_mm[name] for name in (*field.lines, *field.arcs)),
-                        *(np.linalg.norm(aside) for aside in paint.centres_mm.values())])
+    offsets = np.array(
+        [
+            *(paint.offsets_mm[name] for name in (*field.lines, *field.arcs)),
+            *(np.linalg.norm(aside) for aside in paint.centres_mm.values()),
+        ]
+    )
     assert 6 < np.abs(offsets).max() < 22
     circle = next(marking for marking in paint.markings if isinstance(marking, Arc))
     aside = np.subtract(circle.centre, field.arcs[circle.name].centre)
@@ -102,4 +126,8 @@ def test_seeds_show_all_kinds_of_scenes():
     assert {s.region.split("-")[0] for s in specs} >= {"full", "half", "quarter"}
     assert len({s.lens for s in specs}) >= len(REAL_LENSES) - 4
     assert max(s.tilt_deg for s in specs) > 28
-    assert sum(s.sensor.bayer for s in specs) > seeds // 3 < sum(s.sensor.jpeg is not None for s in specs)
+    assert (
+        sum(s.sensor.bayer for s in specs)
+        > seeds // 3
+        < sum(s.sensor.jpeg is not None for s in specs)
+    )

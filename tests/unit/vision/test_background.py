@@ -20,7 +20,9 @@ seeds = rounds("seed", 1, 2, 3)
 
 
 @lru_cache(maxsize=2)
-def rendering(seed: int, robots: int = 0, people: int = 0, noise: float = 0, more: str = "") -> Rendering:
+def rendering(
+    seed: int, robots: int = 0, people: int = 0, noise: float = 0, more: str = ""
+) -> Rendering:
     url = f"sim://ssl-div-b?size=960x720&robots={robots}&people={people}&noise={noise}&seed={seed}{more}"
     return source_from_url(url, SourceContext(FIELDS)).rendering
 
@@ -76,7 +78,10 @@ def test_line_centres_are_found_better_in_fifteen_frames_than_in_one(seed):
     """Of noise alone, against the same lines without any: what is left is a third, and people hide nothing."""
     shown, exact = rendering(seed, noise=8), rendering(seed)
     crowded = rendering(seed, 8, 3, 8)
-    one, fifteen = shown.frame(99), background(crowded.frame_at(i, 0.7 * i) for i in range(15)).picture
+    one, fifteen = (
+        shown.frame(99),
+        background(crowded.frame_at(i, 0.7 * i) for i in range(15)).picture,
+    )
     errors = {"one": [], "fifteen": []}
     for line in FIELD.lines.values():
         clear = clear_of_others(FIELD, line, 60)
@@ -84,8 +89,12 @@ def test_line_centres_are_found_better_in_fifteen_frames_than_in_one(seed):
         for name, pixels in (("one", one), ("fifteen", fifteen)):
             off = centroids(pixels[..., 1], exact.camera, line, 60)[clear] - true
             errors[name].append(np.clip(off, -2, 2))
-    one_px, fifteen_px = (float(np.sqrt(np.mean(np.concatenate(errors[n]) ** 2))) for n in ("one", "fifteen"))
-    assert fifteen_px < one_px / 2.5, f"{one_px:.3f} px in one frame, {fifteen_px:.3f} px in fifteen"
+    one_px, fifteen_px = (
+        float(np.sqrt(np.mean(np.concatenate(errors[n]) ** 2))) for n in ("one", "fifteen")
+    )
+    assert fifteen_px < one_px / 2.5, (
+        f"{one_px:.3f} px in one frame, {fifteen_px:.3f} px in fifteen"
+    )
 
 
 @pytest.mark.parametrize("count", range(2, MAX_FRAMES + 1))
@@ -111,7 +120,7 @@ def test_equal_frames_come_out_as_they_are():
 def test_of_many_frames_some_are_kept_spread_over_all():
     frames = [np.full((2, 2, 3), i, np.uint8) for i in range(60)]
     found = background(frames)
-    chosen = found._chosen_frames[:found._count, 0].tolist()
+    chosen = found._chosen_frames[: found._count, 0].tolist()
     assert chosen == np.linspace(0, 59, MAX_FRAMES).round().astype(int).tolist()
     found.add(np.full((2, 2, 3), 200, np.uint8))  # more than was announced
     assert found._chosen_frames.max() < 60

@@ -17,7 +17,9 @@ def picture(inside, noise=0.0, low=60, high=190):
     y, x = ((np.arange(n * FINE) + 0.5) / FINE - 0.5 for n in (HEIGHT, WIDTH))
     fine = np.where(inside(x[None, :], y[:, None]), high, low).astype(float)
     grey = fine.reshape(HEIGHT, FINE, WIDTH, FINE).mean(axis=(1, 3))
-    return np.clip(np.round(grey + np.random.default_rng(0).normal(0, noise, grey.shape)), 0, 255).astype(np.uint8)
+    return np.clip(
+        np.round(grey + np.random.default_rng(0).normal(0, noise, grey.shape)), 0, 255
+    ).astype(np.uint8)
 
 
 @pytest.mark.parametrize("degrees", [0, 7, 30, 45, 60, 90, 133])
@@ -34,7 +36,9 @@ def test_a_straight_edge_is_found_to_a_few_hundredths_of_a_pixel(degrees):
 @pytest.mark.parametrize("degrees", [3, 30])
 def test_a_slanted_edge_ripples_by_less_than_a_hundredth_of_a_pixel(degrees):
     normal = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
-    chain, = edge_chains(picture(lambda x, y: normal[0] * (x - 160) + normal[1] * (y - 120) < 0.375))
+    (chain,) = edge_chains(
+        picture(lambda x, y: normal[0] * (x - 160) + normal[1] * (y - 120) < 0.375)
+    )
     # the gradient's own top: 0.013 at 30°; its logarithm's: 0.018 at 3°
     assert np.std(chain @ normal) < 0.0105
 
@@ -47,10 +51,14 @@ def test_a_bowed_edge_is_followed_along_its_bow():
 
 
 def test_a_rectangle_gives_its_four_sides_and_no_corner():
-    chains = edge_chains(picture(lambda x, y: (np.abs(x - 160.25) < 100) & (np.abs(y - 120.25) < 70)))
+    chains = edge_chains(
+        picture(lambda x, y: (np.abs(x - 160.25) < 100) & (np.abs(y - 120.25) < 70))
+    )
     assert len(chains) == 4
     for chain in chains:
-        away = np.minimum(np.abs(np.abs(chain[:, 0] - 160.25) - 100), np.abs(np.abs(chain[:, 1] - 120.25) - 70))
+        away = np.minimum(
+            np.abs(np.abs(chain[:, 0] - 160.25) - 100), np.abs(np.abs(chain[:, 1] - 120.25) - 70)
+        )
         assert away.max() < 0.06
 
 
@@ -77,7 +85,11 @@ def test_a_grids_lines_end_clear_of_their_crossings():
     chains = edge_chains(shape)
     assert max(np.linalg.norm(c[-1] - c[0]) for c in chains) > 250
     for chain in chains:
-        across = chain @ (np.array([0.07, -1.0]) if np.ptp(chain[:, 0]) > np.ptp(chain[:, 1]) else np.array([1, 0.07]))
+        across = chain @ (
+            np.array([0.07, -1.0])
+            if np.ptp(chain[:, 0]) > np.ptp(chain[:, 1])
+            else np.array([1, 0.07])
+        )
         assert np.abs(across - np.median(across)).max() < 0.06
 
 

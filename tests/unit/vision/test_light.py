@@ -75,7 +75,9 @@ def test_a_dark_corner_is_called_by_its_name_and_by_how_much():
 
 def test_a_black_carpet_is_no_dark_picture_and_a_dark_picture_is():
     assert "dark:" not in texts(lighting.advice(measure_light(picture("vsss-3v3?size=640x480"))))
-    assert "Image dark" in texts(lighting.advice(measure_light(picture("vsss-3v3?size=640x480&light=0.3"))))
+    assert "Image dark" in texts(
+        lighting.advice(measure_light(picture("vsss-3v3?size=640x480&light=0.3")))
+    )
 
 
 @seeds
@@ -84,7 +86,9 @@ def test_clipping_is_the_share_of_pixels_that_are_full_or_empty(seed):
     pixels[:36, :64] = 255  # a hundredth
     pixels[324:, :128] = 1  # a fiftieth
     light = measure_light(pixels)
-    assert light.clipped_high == pytest.approx(0.01, abs=1e-4) and light.clipped_low == pytest.approx(0.02, abs=1e-4)
+    assert light.clipped_high == pytest.approx(
+        0.01, abs=1e-4
+    ) and light.clipped_low == pytest.approx(0.02, abs=1e-4)
     assert light.burnt[0] == pytest.approx(0.09, abs=2e-3) and sum(light.burnt[1:]) == 0
     said = texts(lighting.advice(light))
     assert "overexposed at top left: 1.0 %" in said and "underexposed: 2.0 %" in said
@@ -94,7 +98,10 @@ def test_what_is_burnt_out_beside_the_field_does_not_count():
     pixels = picture(SMALL)
     pixels[:, :40] = 255
     inside = np.array([[60, 20], [620, 20], [620, 340], [60, 340]])
-    assert measure_light(pixels).clipped_high > 0.05 and measure_light(pixels, inside).clipped_high == 0
+    assert (
+        measure_light(pixels).clipped_high > 0.05
+        and measure_light(pixels, inside).clipped_high == 0
+    )
     # a field out of sight
     assert measure_light(pixels, np.zeros(pixels.shape[:2], bool)).clipped_high > 0.05
 
@@ -107,18 +114,35 @@ def test_too_much_light_is_burnt_where_the_lamp_is_mirrored():
     assert "Image overexposed at" in texts(lighting.advice(light))
 
 
-@pytest.mark.parametrize("outline", [np.zeros((3, 4), bool), [[0, 0], [1, 1]], [[0, 0], [9, 9], [np.nan, 4]],
-                                     [[0, 0], [9, 9], [1e300, 4]], np.zeros(5)])
+@pytest.mark.parametrize(
+    "outline",
+    [
+        np.zeros((3, 4), bool),
+        [[0, 0], [1, 1]],
+        [[0, 0], [9, 9], [np.nan, 4]],
+        [[0, 0], [9, 9], [1e300, 4]],
+        np.zeros(5),
+    ],
+)
 def test_an_outline_that_does_not_fit_is_refused(outline):
     with pytest.raises(BadInput) as refused:
         field_mask(np.asarray(outline), 36, 64)
     assert refused.value.reason == "bad-outline"
 
 
-@pytest.mark.parametrize(("zones", "known", "name"), [
-    ((0, 3, 6), range(9), "left edge"), ((0, 2, 6, 8), range(9), "corners"), ((0,), range(9), "top left"),
-    (range(9), range(9), "whole image"), ((0, 3), (0, 1, 3, 4), "left edge"), ((3, 7), range(9), "left, bottom"),
-    ((2, 5, 6, 7, 8), range(9), "right edge, bottom edge"), ((0, 1, 2, 3, 5, 6, 7, 8), range(9), "rim")])
+@pytest.mark.parametrize(
+    ("zones", "known", "name"),
+    [
+        ((0, 3, 6), range(9), "left edge"),
+        ((0, 2, 6, 8), range(9), "corners"),
+        ((0,), range(9), "top left"),
+        (range(9), range(9), "whole image"),
+        ((0, 3), (0, 1, 3, 4), "left edge"),
+        ((3, 7), range(9), "left, bottom"),
+        ((2, 5, 6, 7, 8), range(9), "right edge, bottom edge"),
+        ((0, 1, 2, 3, 5, 6, 7, 8), range(9), "rim"),
+    ],
+)
 def test_zones_are_called_what_people_call_them(zones, known, name):
     assert ", ".join(zone_names(zones, known)) == name
     assert len(ZONES) == 9 and ZONES[MIDDLE] == "middle"
@@ -126,9 +150,13 @@ def test_zones_are_called_what_people_call_them(zones, known, name):
 
 def test_light_and_focus_are_plain_json():
     import json
+
     pixels = picture(SMALL)
-    for report in (measure_light(pixels).to_json(), measure_sharpness(pixels).to_json(),
-                   measure_flicker(*series(rendering(SMALL)))):
+    for report in (
+        measure_light(pixels).to_json(),
+        measure_sharpness(pixels).to_json(),
+        measure_flicker(*series(rendering(SMALL))),
+    ):
         assert json.loads(json.dumps(report)) == report
 
 
@@ -142,7 +170,9 @@ def test_a_step_is_as_wide_as_its_blur_makes_it(seed, blur):
     rng = np.random.default_rng(seed)
     pixels = np.full((540, 960), 50, np.float32)
     for x in range(60, 900, 120):
-        cv2.fillPoly(pixels, [np.int32([(x, -9), (x + 60, -9), (x + 60 + 30, 560), (x + 30, 560)])], 170)
+        cv2.fillPoly(
+            pixels, [np.int32([(x, -9), (x + 60, -9), (x + 60 + 30, 560), (x + 30, 560)])], 170
+        )
     pixels = cv2.GaussianBlur(pixels, (0, 0), blur) + rng.normal(0, 2, pixels.shape)
     report = measure_sharpness(cv2.merge([np.clip(pixels, 0, 255).astype(np.uint8)] * 3))
     assert None not in report.width_px
@@ -150,9 +180,15 @@ def test_a_step_is_as_wide_as_its_blur_makes_it(seed, blur):
 
 
 @seeds
-@pytest.mark.parametrize(("part", "name", "zones"), [
-    (np.s_[:, :427], "Left edge", (0, 3, 6)), (np.s_[:, 853:], "Right edge", (2, 5, 8)),
-    (np.s_[:240, :427], "Top left", (0,)), (np.s_[240:480, 427:853], "Middle", (4,))])
+@pytest.mark.parametrize(
+    ("part", "name", "zones"),
+    [
+        (np.s_[:, :427], "Left edge", (0, 3, 6)),
+        (np.s_[:, 853:], "Right edge", (2, 5, 8)),
+        (np.s_[:240, :427], "Top left", (0,)),
+        (np.s_[240:480, 427:853], "Middle", (4,)),
+    ],
+)
 def test_the_zone_that_was_blurred_is_the_one_called_soft(seed, part, name, zones):
     pixels = picture(f"{BIG}&robots=8&seed={seed}")
     assert focus.advice(measure_sharpness(pixels)) == []
@@ -179,8 +215,10 @@ def test_only_the_field_counts_and_its_mask_may_be_a_reduced_one():
 
 def test_a_picture_out_of_focus_is_soft_all_over():
     # Lines that are thinner than the blur, and noise, make it seem less than the 4.5 px it is.
-    sharp, soft = (measure_sharpness(picture(f"ssl-div-b?size=1280x720&region=quarter-top-left&blur={b}"))
-                   for b in (0.65, 4))
+    sharp, soft = (
+        measure_sharpness(picture(f"ssl-div-b?size=1280x720&region=quarter-top-left&blur={b}"))
+        for b in (0.65, 4)
+    )
     assert sharp.best_px < 1.3 and focus.advice(sharp) == []
     assert soft.best_px > 2.5 and "Whole image soft" in texts(focus.advice(soft))
 
@@ -188,7 +226,9 @@ def test_a_picture_out_of_focus_is_soft_all_over():
 @seeds
 @pytest.mark.parametrize("noise", [2, 8])
 def test_bare_carpet_is_not_called_soft(seed, noise):
-    report = measure_sharpness(picture(f"{BIG}&robots=0&region=eighth-2&fill=3&noise={noise}&seed={seed}"))
+    report = measure_sharpness(
+        picture(f"{BIG}&robots=0&region=eighth-2&fill=3&noise={noise}&seed={seed}")
+    )
     assert report.width_px == (None,) * 9 and report.best_px is None
     assert "no edges detected" in texts(focus.advice(report))
 
@@ -211,13 +251,19 @@ def test_pictures_without_anything_say_nothing():
         report = measure_sharpness(np.zeros(shape, np.uint8))
         assert report.best_px is None and set(report.width_px) == {None}
     light = measure_light(np.zeros((90, 160, 3), np.uint8))
-    assert light.clipped_low == 1 and light.evenness is not None and "underexposed" in texts(lighting.advice(light))
+    assert (
+        light.clipped_low == 1
+        and light.evenness is not None
+        and "underexposed" in texts(lighting.advice(light))
+    )
 
 
 # Flicker
 
 
-def series(shown: Rendering, fps: float = 30.0, frames: int = 30, seed: int = 0) -> tuple[np.ndarray, list]:
+def series(
+    shown: Rendering, fps: float = 30.0, frames: int = 30, seed: int = 0
+) -> tuple[np.ndarray, list]:
     """Frames at a camera's slightly irregular pace."""
     times = np.arange(frames) / fps + np.random.default_rng(seed).normal(0, 2e-4, frames)
     return times, [row_means(shown.frame_at(i, float(t))) for i, t in enumerate(times)]
@@ -237,24 +283,37 @@ def test_a_global_shutter_sees_the_whole_picture_flicker(seed):
 
 
 @seeds
-@pytest.mark.parametrize(("fps", "hz", "readout_ms"), [(30, 100, 15), (25, 120, 15), (50, 120, 18), (30, 100, 25)])
+@pytest.mark.parametrize(
+    ("fps", "hz", "readout_ms"), [(30, 100, 15), (25, 120, 15), (50, 120, 18), (30, 100, 25)]
+)
 def test_a_rolling_shutter_sees_bands(seed, fps, hz, readout_ms):
-    shown = rendering(f"{SMALL}&robots=8&flicker=0.1&flicker_hz={hz}&readout={readout_ms}&seed={seed}")
+    shown = rendering(
+        f"{SMALL}&robots=8&flicker=0.1&flicker_hz={hz}&readout={readout_ms}&seed={seed}"
+    )
     flicker = measure_flicker(*series(shown, fps, seed=seed))
     true_pct = 10 * np.sinc(hz * 0.004)
     assert flicker["bands_pct"] == pytest.approx(true_pct, rel=0.2)
-    assert flicker["bands"] == pytest.approx(hz * readout_ms / 1000, abs=0.4) and flicker["lamp_hz"] == hz
+    assert (
+        flicker["bands"] == pytest.approx(hz * readout_ms / 1000, abs=0.4)
+        and flicker["lamp_hz"] == hz
+    )
     assert "bands of" in texts(flickering.advice(flicker))
 
 
 @seeds
 def test_play_people_and_noise_are_no_flicker(seed):
-    flicker = measure_flicker(*series(rendering(f"{SMALL}&robots=12&people=3&noise=5&seed={seed}"), seed=seed))
-    assert flickering.advice(flicker) == [] and flicker["lamp_hz"] is None and flicker["bands"] is None
+    flicker = measure_flicker(
+        *series(rendering(f"{SMALL}&robots=12&people=3&noise=5&seed={seed}"), seed=seed)
+    )
+    assert (
+        flickering.advice(flicker) == [] and flicker["lamp_hz"] is None and flicker["bands"] is None
+    )
 
 
 def test_an_exposure_of_a_whole_flicker_shows_none():
-    source = source_from_url(f"sim://{SMALL}&flicker=0.3&flicker_hz=100&fps=30", SourceContext(FIELDS))
+    source = source_from_url(
+        f"sim://{SMALL}&flicker=0.3&flicker_hz=100&fps=30", SourceContext(FIELDS)
+    )
     source.set_control("exposure", 10_000)
     times, rows = np.arange(15) / 30, [row_means(source.read().pixels) for _ in range(15)]
     assert flickering.advice(measure_flicker(times, rows)) == []
@@ -269,7 +328,9 @@ def test_slow_drift_is_drift_and_not_flicker():
 def test_too_few_frames_and_broken_ones_say_nothing():
     times, rows = series(rendering(SMALL), frames=11)
     assert measure_flicker(times, rows) is None and flickering.advice(None) == []
-    assert measure_flicker([], []) is None and measure_flicker([1.0] * 20, [np.ones(5)] * 20) is None
+    assert (
+        measure_flicker([], []) is None and measure_flicker([1.0] * 20, [np.ones(5)] * 20) is None
+    )
     assert measure_flicker(np.arange(20.0), [np.zeros(5)] * 20) is None
     times, rows = series(rendering(SMALL), frames=13)
     rows[4] = np.full_like(rows[4], np.nan)
@@ -281,4 +342,6 @@ def test_row_means_are_means_of_rows():
     pixels[:] = np.arange(1080)[:, None, None] % 250
     means = row_means(pixels)
     assert means.shape == (270,)
-    np.testing.assert_allclose(means, (np.arange(1080) % 250).reshape(270, 4).mean(axis=1), atol=0.01)
+    np.testing.assert_allclose(
+        means, (np.arange(1080) % 250).reshape(270, 4).mean(axis=1), atol=0.01
+    )

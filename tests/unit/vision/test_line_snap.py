@@ -9,8 +9,13 @@ from touchline.vision.snap import Hint, Snapped, Unsnapped, snap
 
 PX = 0.1  # what a click 4 px off must come within, on average
 MIDDLE = np.array([60.3, 49.6])
-SURROUNDINGS = {"white on green": (200, (80, 80)), "white on black": (250, (15, 15)), "burnt out": (255, (0, 0)),
-                "dark on light": (40, (200, 200)), "carpet beside wood": (220, (120, 40))}
+SURROUNDINGS = {
+    "white on green": (200, (80, 80)),
+    "white on black": (250, (15, 15)),
+    "burnt out": (255, (0, 0)),
+    "dark on light": (40, (200, 200)),
+    "carpet beside wood": (220, (120, 40)),
+}
 
 
 def normal_of(angle):
@@ -36,7 +41,13 @@ def test_a_click_four_px_off_lands_on_the_middle(where, blur_px, width_px):
     paint, ground = SURROUNDINGS[where]
     # A blurred step and a thin blurred bar are hard to tell apart, unless the width is told.
     hint = Hint(width_px=width_px) if ground[0] != ground[1] else Hint()
-    found = errors(lambda m, a: [straight(m, a, width_px)], hint=hint, paint=paint, ground=ground, blur_px=blur_px)
+    found = errors(
+        lambda m, a: [straight(m, a, width_px)],
+        hint=hint,
+        paint=paint,
+        ground=ground,
+        blur_px=blur_px,
+    )
     assert found.mean() < PX
 
 
@@ -51,12 +62,17 @@ def test_edges_that_are_not_parallel_share_one_middle():
 def test_an_arc_bends_under_the_window_and_moves_nothing():
     def circle(m, a):
         return [round_line(m - 40 * normal_of(a), 40, 3)]
+
     assert errors(circle).mean() < PX
 
 
 def test_a_line_that_crosses_nearby_moves_nothing():
     def crossed(m, a):
-        return [straight(m, a, 3), straight(m + 8 * np.array([np.cos(a), np.sin(a)]), a + np.pi / 2, 3)]
+        return [
+            straight(m, a, 3),
+            straight(m + 8 * np.array([np.cos(a), np.sin(a)]), a + np.pi / 2, 3),
+        ]
+
     assert errors(crossed).mean() < PX
 
 
@@ -64,6 +80,7 @@ def test_a_line_that_crosses_nearby_moves_nothing():
 def test_of_two_lines_side_by_side_the_nearer_is_taken(apart_px):
     def pair(m, a):
         return [straight(m, a, 3), straight(m + apart_px * normal_of(a), a, 3)]
+
     # from either side: also from between the two
     assert errors(pair, off_px=0.3 * apart_px).mean() < PX
 
@@ -74,7 +91,9 @@ def test_the_width_is_found():
 
 
 def test_a_width_that_was_told_wrongly_hides_no_line():
-    answer = snap(painted([straight(MIDDLE, np.pi / 2, 5)], blur_px=0.3), MIDDLE + 2, Hint(width_px=1.75))
+    answer = snap(
+        painted([straight(MIDDLE, np.pi / 2, 5)], blur_px=0.3), MIDDLE + 2, Hint(width_px=1.75)
+    )
     assert isinstance(answer, Snapped)
     assert answer.point[0] == pytest.approx(MIDDLE[0], abs=PX)
 
@@ -149,7 +168,10 @@ def test_colour_is_looked_at_as_grey():
 @rounds("pictures", 20, 60)
 def test_sigma_is_what_the_noise_really_does(pictures):
     rng = np.random.default_rng(2)
-    answers = [snap(painted([straight(MIDDLE, 0.4, 3)], noise=8, rng=rng), MIDDLE + 2) for _ in range(pictures)]
+    answers = [
+        snap(painted([straight(MIDDLE, 0.4, 3)], noise=8, rng=rng), MIDDLE + 2)
+        for _ in range(pictures)
+    ]
     across = [(np.array(a.point) - MIDDLE) @ normal_of(0.4) for a in answers]
     # 20 tell it to 16 %
     assert np.std(across) == pytest.approx(np.mean([a.sigma_px for a in answers]), rel=0.4)

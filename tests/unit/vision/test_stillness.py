@@ -10,13 +10,17 @@ import pytest
 from touchline.vision.zones import LONG_S, Stillness
 
 EVERY_S = 0.5
-SCENE = cv2.GaussianBlur(np.random.default_rng(5).normal(110, 60, (240, 320)), (0, 0), 4).clip(0, 255)
+SCENE = cv2.GaussianBlur(np.random.default_rng(5).normal(110, 60, (240, 320)), (0, 0), 4).clip(
+    0, 255
+)
 
 
 def noisy(seconds, level=2.0, scene=SCENE):
     random = np.random.default_rng(1)
-    return [(scene + random.normal(0, level, scene.shape)).clip(0, 255).astype(np.uint8)
-            for _ in range(round(seconds / EVERY_S))]
+    return [
+        (scene + random.normal(0, level, scene.shape)).clip(0, 255).astype(np.uint8)
+        for _ in range(round(seconds / EVERY_S))
+    ]
 
 
 def frozen(seconds, picture):
@@ -28,17 +32,27 @@ def frozen(seconds, picture):
 
 
 def jpegs(pictures, quality):
-    return [cv2.imdecode(cv2.imencode(".jpg", one, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_GRAYSCALE)
-            for one in pictures]
+    return [
+        cv2.imdecode(
+            cv2.imencode(".jpg", one, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_GRAYSCALE
+        )
+        for one in pictures
+    ]
 
 
 def h264(pictures, key_frame_s, crf=37):
     coder, decoder = av.CodecContext.create("libx264", "w"), av.CodecContext.create("h264", "r")
-    coder.height, coder.width, coder.pix_fmt, coder.time_base = *SCENE.shape, "yuv420p", Fraction(1, 2)
+    coder.height, coder.width, coder.pix_fmt, coder.time_base = (
+        *SCENE.shape,
+        "yuv420p",
+        Fraction(1, 2),
+    )
     coder.options = {"crf": str(crf), "preset": "veryfast", "tune": "zerolatency"}
     coder.gop_size = round(key_frame_s / EVERY_S)
     for one in pictures:
-        for packet in coder.encode(av.VideoFrame.from_ndarray(cv2.cvtColor(one, cv2.COLOR_GRAY2BGR), format="bgr24")):
+        for packet in coder.encode(
+            av.VideoFrame.from_ndarray(cv2.cvtColor(one, cv2.COLOR_GRAY2BGR), format="bgr24")
+        ):
             yield from (frame.to_ndarray(format="gray") for frame in decoder.decode(packet))
 
 
@@ -49,14 +63,22 @@ def last(pictures):
     return found[-1], max(one["share"] for one in found)
 
 
-@pytest.mark.parametrize("sent", [lambda all: all, lambda all: jpegs(all, 75), lambda all: jpegs(all, 30)],
-                         ids=["raw", "JPEG 75", "JPEG 30"])
+@pytest.mark.parametrize(
+    "sent",
+    [lambda all: all, lambda all: jpegs(all, 75), lambda all: jpegs(all, 30)],
+    ids=["raw", "JPEG 75", "JPEG 30"],
+)
 def test_noise_tells_a_live_picture_from_a_frozen_one_under_a_running_clock(sent):
     before = noisy(26)
     live, share = last(sent(before))
     assert live["had_noise"] and live["most_s"] < 2 and share == 0
     stopped, share = last(sent([*before, *frozen(24, before[-1])]))
-    assert stopped["had_noise"] and stopped["most_s"] >= LONG_S and stopped["all_s"] < 1 and share > 0.9
+    assert (
+        stopped["had_noise"]
+        and stopped["most_s"] >= LONG_S
+        and stopped["all_s"] < 1
+        and share > 0.9
+    )
     never, _ = last(sent(list(frozen(24, before[-1]))))
     assert not never["had_noise"] and never["most_s"] >= LONG_S
 
@@ -70,7 +92,12 @@ def test_a_picture_that_is_coded_from_frame_to_frame_stays_the_same_up_to_the_ne
 
 def test_what_is_black_or_white_is_not_counted_and_another_size_begins_anew():
     dark, _ = last([np.full((240, 320), 4, np.uint8)] * 60)
-    assert dark["most_s"] is None and dark["share"] == 0 and not dark["had_noise"] and dark["all_s"] == 29.5
+    assert (
+        dark["most_s"] is None
+        and dark["share"] == 0
+        and not dark["had_noise"]
+        and dark["all_s"] == 29.5
+    )
     half = SCENE.copy()
     half[:, :160] = 0
     found, share = last(noisy(30, scene=half))

@@ -13,6 +13,10 @@ def test_a_full_preview_of_48_clicks_on_the_borders_evaluates_few_cameras(monkey
     task = sim_task(4, 0, model=model)
     task = replace(task, observations=task.observations[:4], options={})
     evaluated, residuals = [], ClickResiduals.residuals
-    monkeypatch.setattr(ClickResiduals, "residuals", lambda self, state: evaluated.append(0) or residuals(self, state))
+    monkeypatch.setattr(
+        ClickResiduals,
+        "residuals",
+        lambda self, state: evaluated.append(0) or residuals(self, state),
+    )
     assert task.attempt_json(quick=False)["refusal"] is None
     assert len(evaluated) <= most

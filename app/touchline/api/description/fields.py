@@ -62,7 +62,7 @@ FIELDS = {
     "coefficients": "of the border's polynomial, constant term first",
     "columns": "nodes of the mesh from left to right",
     "confidence": "how surely this is the line, 0 to 1",
-    "controls": "new values by the control's name; \"auto\" hands it to the camera",
+    "controls": 'new values by the control\'s name; "auto" hands it to the camera',
     "corner": "field positions of the first and the last pixel, [x, y], mm",
     "corners": "corners of the borders, [x, y], px of the raw image; null: beyond the lens",
     "corrected_size": "[width, height] of the corrected image, px",

@@ -49,8 +49,9 @@ def has_token(headers: Headers, token: str | None) -> bool:
     if token is None:
         return False
     scheme, _, given = headers.get("authorization", "").partition(" ")
-    return (scheme.lower() == "bearer" and hmac.compare_digest(given.strip().encode(), token.encode())) or \
-        hmac.compare_digest(_cookie(headers), cookie_of(token))
+    return (
+        scheme.lower() == "bearer" and hmac.compare_digest(given.strip().encode(), token.encode())
+    ) or hmac.compare_digest(_cookie(headers), cookie_of(token))
 
 
 class WrongTokens:
@@ -69,7 +70,11 @@ class WrongTokens:
         times.append(now)
         is_too_many = len(times) > MAX_WRONG and now - times[0] < 60
         if not was_too_many:  # a guesser does not fill the log
-            log.warning("wrong token from %s%s", address, ", and more than are answered" if is_too_many else "")
+            log.warning(
+                "wrong token from %s%s",
+                address,
+                ", and more than are answered" if is_too_many else "",
+            )
         return is_too_many
 
 
@@ -105,7 +110,9 @@ class AccessControl:
             return framework_problem(403, "This server does not accept that host name.")
         changes = scope["type"] == "websocket" or scope["method"] not in SAFE
         if (changes and _is_elsewhere(headers.get("origin"), host)) or (
-                headers.get("sec-fetch-site") in ("cross-site", "same-site") and (changes or not _is_link(headers))):
+            headers.get("sec-fetch-site") in ("cross-site", "same-site")
+            and (changes or not _is_link(headers))
+        ):
             return framework_problem(403, "This request comes from a page of another site.")
         return None
 
@@ -118,7 +125,9 @@ class AccessControl:
         too_many = is_wrong and self.wrong.too_many(_address(scope))
         if scope["path"] in OPEN and not too_many:
             return None
-        answer = framework_problem(401, "This server requires an access token.", {"WWW-Authenticate": "Bearer"})
+        answer = framework_problem(
+            401, "This server requires an access token.", {"WWW-Authenticate": "Bearer"}
+        )
         if too_many:
             answer = too_many_tokens()
         elif "text/html" in headers.get("accept", ""):
@@ -147,7 +156,10 @@ def _is_elsewhere(origin: str | None, host: str) -> bool:
 
 def _is_link(headers: Headers) -> bool:
     """Whether the browser goes there: then the other site's page reads nothing of it."""
-    return headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") not in EMBEDDED
+    return (
+        headers.get("sec-fetch-mode") == "navigate"
+        and headers.get("sec-fetch-dest") not in EMBEDDED
+    )
 
 
 def _cookie(headers: Headers) -> str:
@@ -163,8 +175,13 @@ def _address(scope: Scope) -> str:
 
 
 def too_many_tokens() -> Response:
-    return problem(429, "too-many-wrong-tokens", "Too many wrong access tokens from this address.",
-                   "Wait one minute, then send the token that the server printed.", {"Retry-After": "60"})
+    return problem(
+        429,
+        "too-many-wrong-tokens",
+        "Too many wrong access tokens from this address.",
+        "Wait one minute, then send the token that the server printed.",
+        {"Retry-After": "60"},
+    )
 
 
 def _attributes(request: Request) -> dict[str, Any]:
@@ -189,11 +206,15 @@ def login_router(token: str | None) -> APIRouter:
         if token is None or hmac.compare_digest(given.encode("utf-8", "replace"), token.encode()):
             answer = RedirectResponse("/", 303)
             if token:
-                answer.set_cookie(COOKIE, cookie_of(token), max_age=COOKIE_DAYS * 86400, **_attributes(request))
+                answer.set_cookie(
+                    COOKIE, cookie_of(token), max_age=COOKIE_DAYS * 86400, **_attributes(request)
+                )
             return answer
         if wrong.too_many(_address(request.scope)):
             return too_many_tokens()
-        return TEMPLATES.TemplateResponse(request, "login.html", {"message": "The access token is wrong."}, 401)
+        return TEMPLATES.TemplateResponse(
+            request, "login.html", {"message": "The access token is wrong."}, 401
+        )
 
     @router.post("/logout")
     def logout(request: Request) -> Response:

@@ -24,8 +24,13 @@ RESERVE = 64  # beyond the limit, for this machine and for who has the token: un
 # where the state of a request's scope holds what drops its connection at once
 ABORT = "touchline.abort"
 RETRY = {"Retry-After": "5"}
-OVERLOADED = problem(503, "too-many-connections", "The server has too many connections.", "Try again in some seconds.",
-                     {"Connection": "close", **RETRY})
+OVERLOADED = problem(
+    503,
+    "too-many-connections",
+    "The server has too many connections.",
+    "Try again in some seconds.",
+    {"Connection": "close", **RETRY},
+)
 MAX_HEAD_BYTES = 64 * 1024  # browsers send 2 kB, a large cookie makes it 8
 
 
@@ -53,8 +58,12 @@ class OpenConnections:
         if one.address is not None and self._by_address[one.address] >= self.per_address:
             if not self._close_longest_waiting(one.address):
                 return False
-        elif len(self._open) >= self.most and not self._close_longest_waiting() and \
-                len(self._open) >= self.most + RESERVE and one.address is not None:
+        elif (
+            len(self._open) >= self.most
+            and not self._close_longest_waiting()
+            and len(self._open) >= self.most + RESERVE
+            and one.address is not None
+        ):
             return False
         self._open.add(one)
         self._by_address.update([one.address] if one.address is not None else [])
@@ -89,7 +98,9 @@ class OpenConnections:
     def _close_longest_waiting(self, address: str | None = None) -> bool:
         """Close the longest waiting of an address, else of all: of other machines before those of this one."""
         waiting = [one for one in self._waiting if address is None or one.address == address]
-        found = next((one for one in waiting if one.address is not None), waiting[0] if waiting else None)
+        found = next(
+            (one for one in waiting if one.address is not None), waiting[0] if waiting else None
+        )
         if found is None:
             return False
         found.make_room()
@@ -97,15 +108,24 @@ class OpenConnections:
         return True
 
 
-def limited_connections(*, head_s: float = 10.0, most: int = 256, per_address: int = 40,
-                        is_known: Callable[[Headers], bool] = lambda _: False) -> type[HttpToolsProtocol]:
+def limited_connections(
+    *,
+    head_s: float = 10.0,
+    most: int = 256,
+    per_address: int = 40,
+    is_known: Callable[[Headers], bool] = lambda _: False,
+) -> type[HttpToolsProtocol]:
     """Return the connection class for one server.
 
     head_s: from connecting, or from the first byte of a later request, to the end of its headers.
     most: open connections at once; per_address: of one other machine; this one (and a proxy on it) has no such limit.
     is_known: whether a request has the token; it is answered where others find no place any more.
     """
-    limits = {"head_s": head_s, "open": OpenConnections(most, per_address), "is_known": staticmethod(is_known)}
+    limits = {
+        "head_s": head_s,
+        "open": OpenConnections(most, per_address),
+        "is_known": staticmethod(is_known),
+    }
     return type("ServerConnection", (LimitedConnection,), limits)
 
 
@@ -130,8 +150,13 @@ class LimitedConnection(HttpToolsProtocol):
         self.address = None if _is_this_machine(address) else address
         if self.open.add(self):
             return self._start_timer()
-        self._close(503, "too-many-connections", "Too many connections are open, here or from your address.",
-                    "Close some tabs or scripts, then try again.", RETRY)
+        self._close(
+            503,
+            "too-many-connections",
+            "Too many connections are open, here or from your address.",
+            "Close some tabs or scripts, then try again.",
+            RETRY,
+        )
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._stop_timer()
@@ -148,8 +173,12 @@ class LimitedConnection(HttpToolsProtocol):
         self._start_timer()
         self._head_bytes += len(data)
         if self._in_head and self._head_bytes > MAX_HEAD_BYTES:
-            self._close(431, "headers-too-large", f"The headers have more than {MAX_HEAD_BYTES // 1024} kB.",
-                        "Send fewer or shorter headers.")
+            self._close(
+                431,
+                "headers-too-large",
+                f"The headers have more than {MAX_HEAD_BYTES // 1024} kB.",
+                "Send fewer or shorter headers.",
+            )
 
     def on_message_begin(self) -> None:
         super().on_message_begin()
@@ -160,7 +189,9 @@ class LimitedConnection(HttpToolsProtocol):
         self._in_head = False
         self._stop_timer()
         self.open.work(self)
-        if self.open.is_beyond(self) and not self.is_known(Headers(raw=list(self.scope["headers"]))):
+        if self.open.is_beyond(self) and not self.is_known(
+            Headers(raw=list(self.scope["headers"]))
+        ):
             self.app = OVERLOADED
         # for a stream whose viewer takes nothing any more
         self.scope["state"][ABORT] = self.transport.abort
@@ -203,17 +234,26 @@ class LimitedConnection(HttpToolsProtocol):
 
     def _late(self) -> None:
         self._timer = None
-        self._close(408, "too-slow", f"The request headers were incomplete after {self.head_s:g} s.",
-                    "Send the complete request without delay.")
+        self._close(
+            408,
+            "too-slow",
+            f"The request headers were incomplete after {self.head_s:g} s.",
+            "Send the complete request without delay.",
+        )
 
-    def _close(self, status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None) -> None:
+    def _close(
+        self, status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None
+    ) -> None:
         if self.transport.is_closing():
             return
         self._send(problem(status, reason, detail, fix, {"Connection": "close", **(headers or {})}))
 
     def _send(self, answer: Response) -> None:
         """Send what no application sends, and close."""
-        lines = [b"HTTP/1.1 %d Refused" % answer.status_code, *(b": ".join(pair) for pair in answer.raw_headers)]
+        lines = [
+            b"HTTP/1.1 %d Refused" % answer.status_code,
+            *(b": ".join(pair) for pair in answer.raw_headers),
+        ]
         self.transport.write(b"\r\n".join(lines) + b"\r\n\r\n" + answer.body)
         self.transport.close()
 

@@ -35,8 +35,15 @@ class BodyLimits:
     text_*: for JSON and everything that is no upload. upload_bytes: the largest file, without its multipart envelope.
     """
 
-    def __init__(self, app: ASGIApp, *, text_bytes: int = 1 * MB, upload_bytes: int = 32 * MB, text_s: float = 10.0,
-                 upload_s: float = 30.0) -> None:
+    def __init__(
+        self,
+        app: ASGIApp,
+        *,
+        text_bytes: int = 1 * MB,
+        upload_bytes: int = 32 * MB,
+        text_s: float = 10.0,
+        upload_s: float = 30.0,
+    ) -> None:
         self.app = app
         self._text = (text_bytes, text_s)
         self._upload = (upload_bytes + ENVELOPE_BYTES, upload_s)
@@ -62,7 +69,15 @@ class BodyLimits:
 class _Body:
     """One request's body. Once refused, the app receives a disconnect, and what it sends is dropped."""
 
-    def __init__(self, scope: Scope, receive: Receive, send: Send, limit: int, seconds: float, is_upload: bool) -> None:
+    def __init__(
+        self,
+        scope: Scope,
+        receive: Receive,
+        send: Send,
+        limit: int,
+        seconds: float,
+        is_upload: bool,
+    ) -> None:
         self.limit = limit
         self._scope = scope
         self._receive = receive
@@ -86,8 +101,12 @@ class _Body:
         try:
             message = await self._next(self._deadline)
         except TimeoutError:
-            await self._answer(408, "too-slow", f"The request was incomplete after {self._seconds:g} s.",
-                               "Send it again over a faster connection, or send less data.")
+            await self._answer(
+                408,
+                "too-slow",
+                f"The request was incomplete after {self._seconds:g} s.",
+                "Send it again over a faster connection, or send less data.",
+            )
             return {"type": "http.disconnect"}
         self._size += len(message.get("body", b""))
         self._is_complete = not message.get("more_body", False)
@@ -104,8 +123,11 @@ class _Body:
     async def refuse_size(self) -> None:
         """Answer 413, then read on for a moment so that the client reads the answer."""
         what = "file" if self._is_upload else "body"
-        fix = ("Reduce the image size, or save it as JPEG." if self._is_upload else
-               "Send less data per request. Send large numbers of points as application/octet-stream.")
+        fix = (
+            "Reduce the image size, or save it as JPEG."
+            if self._is_upload
+            else "Send less data per request. Send large numbers of points as application/octet-stream."
+        )
         limit = self.limit - ENVELOPE_BYTES if self._is_upload else self.limit
         await self._answer(413, "too-large", f"The {what} has more than {limit / MB:g} MB.", fix)
 
@@ -114,7 +136,9 @@ class _Body:
         if self._answered:
             return  # half a response has gone; the app ends when it receives the disconnect
         answer = problem(status, reason, detail, fix, {"Connection": "close"})
-        await self._send({"type": "http.response.start", "status": status, "headers": answer.raw_headers})
+        await self._send(
+            {"type": "http.response.start", "status": status, "headers": answer.raw_headers}
+        )
         await self._send({"type": "http.response.body", "body": answer.body, "more_body": True})
         if status == 413 and not self._is_complete:
             until = asyncio.get_running_loop().time() + LINGER_S
@@ -130,8 +154,10 @@ class _Body:
 
 def inline_hashes(html: str) -> list[str]:
     """Return the CSP sources of a page's inline scripts; an import map must be inline."""
-    return [f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
-            for script in INLINE_SCRIPT.findall(html)]
+    return [
+        f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+        for script in INLINE_SCRIPT.findall(html)
+    ]
 
 
 def _relative(address: str) -> str:
@@ -146,7 +172,9 @@ class SecurityHeaders:
     def __init__(self, app: ASGIApp, scripts: Iterable[str] = ()) -> None:
         self.app = app
         self.headers = {
-            "Content-Security-Policy": "default-src 'self'; script-src 'self' " + " ".join(scripts) + "; "
+            "Content-Security-Policy": "default-src 'self'; script-src 'self' "
+            + " ".join(scripts)
+            + "; "
             "style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; connect-src 'self'; "
             "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'",
             "X-Content-Type-Options": "nosniff",

@@ -51,7 +51,11 @@ class PageFiles:
         self._digests: dict[str, tuple[int, str]] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        found = self._find(scope["path"]) if scope["type"] == "http" and scope["method"] in ("GET", "HEAD") else None
+        found = (
+            self._find(scope["path"])
+            if scope["type"] == "http" and scope["method"] in ("GET", "HEAD")
+            else None
+        )
         if found is None:
             return await self.app(scope, receive, send)
         asked = Headers(scope=scope)
@@ -87,7 +91,9 @@ class PageFiles:
             sources = json.loads(made_of.content) if made_of is not None else {}
         except ValueError:
             sources = {}
-        return bool(sources) and all(self._digest(name) == digest for name, digest in sources.items())
+        return bool(sources) and all(
+            self._digest(name) == digest for name, digest in sources.items()
+        )
 
     def _digest(self, name: str) -> str:
         try:
@@ -105,13 +111,20 @@ class PageFiles:
         kind = "text/javascript" if file.suffix == ".js" else mimetypes.guess_type(file.name)[0]
         kind = kind or "application/octet-stream"
         is_worth_it = len(content) > WORTH_PACKING_BYTES and kind.startswith(TEXTS)
-        return PageFile(content, kind, etag_of(content), changed_ns,
-                        gzip.compress(content, mtime=0) if is_worth_it else None)
+        return PageFile(
+            content,
+            kind,
+            etag_of(content),
+            changed_ns,
+            gzip.compress(content, mtime=0) if is_worth_it else None,
+        )
 
 
 def with_preloads(html: str, folder: Path) -> str:
     """Return the page with a preload link for each module: the browser loads all at once, not level by level."""
-    links = "".join(f'<link rel="modulepreload" href="{name}">\n' for name in modules_of(html, folder))
+    links = "".join(
+        f'<link rel="modulepreload" href="{name}">\n' for name in modules_of(html, folder)
+    )
     return html.replace(MAIN, links + MAIN, 1)
 
 
@@ -120,8 +133,10 @@ def modules_of(html: str, folder: Path) -> list[str]:
     if MAIN not in html:
         return []
     import_map = IMPORT_MAP.search(html)
-    bare = {name: target.removeprefix("./") for name, target in
-            (json.loads(import_map[1])["imports"] if import_map else {}).items()}
+    bare = {
+        name: target.removeprefix("./")
+        for name, target in (json.loads(import_map[1])["imports"] if import_map else {}).items()
+    }
     found: list[str] = []
     waiting = ["main.js"]
     while waiting:
@@ -130,6 +145,8 @@ def modules_of(html: str, folder: Path) -> list[str]:
             continue
         found.append(name)
         beside = PurePosixPath(name).parent
-        waiting += [bare.get(other) or posixpath.normpath(beside / other)
-                    for other in IMPORTED.findall((folder / name).read_text(encoding="utf-8"))]
+        waiting += [
+            bare.get(other) or posixpath.normpath(beside / other)
+            for other in IMPORTED.findall((folder / name).read_text(encoding="utf-8"))
+        ]
     return found

@@ -30,7 +30,10 @@ MANUAL = "/problems/"  # a problem's type, relative to the server: the manual ex
 # Errors of the framework itself: reason and fix for each status.
 FRAMEWORK = {
     400: ("bad-request", "Correct the request. See /api/v1/openapi.json for the format."),
-    401: ("token-needed", "Send Authorization: Bearer TOKEN; the server printed the token when it started."),
+    401: (
+        "token-needed",
+        "Send Authorization: Bearer TOKEN; the server printed the token when it started.",
+    ),
     403: ("refused", "Open the page at the address of the server."),
     404: ("not-found", "Check the path. /docs lists all paths."),
     405: ("method-not-allowed", "Use one of the methods named in the Allow header."),
@@ -71,15 +74,34 @@ def json_bytes(value: Any) -> bytes:
     try:
         text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     except ValueError:
-        text = json.dumps(finite_json(value), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+        text = json.dumps(
+            finite_json(value), allow_nan=False, ensure_ascii=False, separators=(",", ":")
+        )
     return text.encode("utf-8", "replace")
 
 
-def problem(status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None, *,
-            title: str | None = None, **more: Any) -> Response:
+def problem(
+    status: int,
+    reason: str,
+    detail: str,
+    fix: str,
+    headers: dict[str, str] | None = None,
+    *,
+    title: str | None = None,
+    **more: Any,
+) -> Response:
     """Return a response that says what is wrong and what to do; the title is the reason in words unless it is given."""
     title = title or reason.replace("-", " ").capitalize()
-    body = stated({**more, "type": MANUAL + reason, "title": title, "status": status, "detail": detail, "fix": fix})
+    body = stated(
+        {
+            **more,
+            "type": MANUAL + reason,
+            "title": title,
+            "status": status,
+            "detail": detail,
+            "fix": fix,
+        }
+    )
     return Response(json_bytes(body), status, headers=headers, media_type=MEDIA_TYPE)
 
 
@@ -89,29 +111,50 @@ def problem_of(error: TouchlineError) -> Response:
     headers = {"ETag": f'"{etag}"'} if etag is not None else {}
     if error.status == 429:
         headers["Retry-After"] = str(RETRY_S)
-    return problem(error.status, error.reason, error.what, error.fix, headers, title=error.title, **error.details)
+    return problem(
+        error.status,
+        error.reason,
+        error.what,
+        error.fix,
+        headers,
+        title=error.title,
+        **error.details,
+    )
 
 
 def framework_problem(status: int, detail: str | None = None, headers: Any = None) -> Response:
     """Return a problem for a bare status code, as the framework raises them."""
     reason, fix = FRAMEWORK.get(status, ("refused", "Check the request against /docs."))
-    return problem(status, reason, detail or f"{HTTPStatus(status).phrase}.", fix, dict(headers or {}))
+    return problem(
+        status, reason, detail or f"{HTTPStatus(status).phrase}.", fix, dict(headers or {})
+    )
 
 
 def bad_request(errors: Sequence[Any]) -> Response:
     """Return the first thing that is wrong with a request, and the others in `errors`."""
-    found = [{"at": _location(error["loc"]), "what": str(error["msg"]).replace("Value error, ", ""),
-              "kind": str(error["type"])} for error in errors[:20]]
+    found = [
+        {
+            "at": _location(error["loc"]),
+            "what": str(error["msg"]).replace("Value error, ", ""),
+            "kind": str(error["type"]),
+        }
+        for error in errors[:20]
+    ]
     first = found[0] if found else {"at": "body", "what": "unreadable", "kind": "bad"}
     reason = VALUE_REASONS.get(first["kind"], "bad-request")
-    fix = VALUE_FIXES.get(first["kind"], "Correct the value. See /api/v1/openapi.json for the format.")
+    fix = VALUE_FIXES.get(
+        first["kind"], "Correct the value. See /api/v1/openapi.json for the format."
+    )
     return problem(422, reason, f"{first['at']}: {first['what']}.", fix, errors=found)
 
 
 def _location(location: Sequence[Any]) -> str:
     """Return a value's path: ("body", "points", 3, 0) reads "points[3][0]"."""
     parts = [p for p in location[1:] if len(location) != 2 or isinstance(p, str)] or ["body"]
-    return "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in parts).lstrip(".")[:200] or "body"
+    return (
+        "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in parts).lstrip(".")[:200]
+        or "body"
+    )
 
 
 class UnexpectedErrors:
@@ -133,8 +176,12 @@ class UnexpectedErrors:
         except asyncio.CancelledError:
             # Only a server that is ending cancels a request; its log has said so.
             if scope["type"] == "http" and not started:
-                await problem(503, "shutting-down", SHUTTING_DOWN, say(
-                    "server.try-after-restart", "Try again after the server has restarted."))(scope, receive, send)
+                await problem(
+                    503,
+                    "shutting-down",
+                    SHUTTING_DOWN,
+                    say("server.try-after-restart", "Try again after the server has restarted."),
+                )(scope, receive, send)
         except ClientDisconnect:
             log.debug("a caller of %s has gone before its request was complete", scope["path"])
         except Exception:
@@ -144,10 +191,18 @@ class UnexpectedErrors:
             log.exception("unexpected error %s on %s %s", id, scope["method"], scope["path"])
             if started:
                 raise  # half a response has gone: only cutting the connection can say so
-            answer = problem(500, "unexpected",
-                             say("server.error", "An internal error occurred (error {error}).", error=id),
-                             say("server.report-error", "Try again. If the error occurs again, report it with the log "
-                                 "lines of error {error}.", error=id), title="Unexpected error")
+            answer = problem(
+                500,
+                "unexpected",
+                say("server.error", "An internal error occurred (error {error}).", error=id),
+                say(
+                    "server.report-error",
+                    "Try again. If the error occurs again, report it with the log "
+                    "lines of error {error}.",
+                    error=id,
+                ),
+                title="Unexpected error",
+            )
             await answer(scope, receive, send)
 
 

@@ -11,7 +11,14 @@ from starlette.responses import Response
 
 from touchline.api import schemas
 from touchline.api.bodies import fit_task, uploaded_file
-from touchline.api.dependencies import IfMatch, OperatorDep, ServicesDep, VersionDep, caller_of, in_thread
+from touchline.api.dependencies import (
+    IfMatch,
+    OperatorDep,
+    ServicesDep,
+    VersionDep,
+    caller_of,
+    in_thread,
+)
 from touchline.api.middleware.problems import json_bytes
 from touchline.api.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from touchline.api.responses import (
@@ -24,7 +31,15 @@ from touchline.api.responses import (
     finished_or_queued,
     versioned,
 )
-from touchline.api.schemas import EXPORTED, UNCHANGED, JsonObject, list_of, page_of, response, upload
+from touchline.api.schemas import (
+    EXPORTED,
+    UNCHANGED,
+    JsonObject,
+    list_of,
+    page_of,
+    response,
+    upload,
+)
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
 from touchline.services.answer_cache import CachedAnswer
@@ -43,10 +58,21 @@ from touchline.workflows.model_choice import Ranking
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
 Calibrations = page_of("Calibrations", schemas.Calibration)
-Activation = response("Activation", calibration=str, version=int | None, at=str, by=str, despite=list[str])
+Activation = response(
+    "Activation", calibration=str, version=int | None, at=str, by=str, despite=list[str]
+)
 Activations = response("Activations", items=list_of(Activation))
-Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=bool, exact=bool,
-    loss=JsonObject | None, problem=JsonObject | None)
+Format = response(
+    "Format",
+    format=str,
+    title=str,
+    holds=str,
+    suffix=str,
+    reads=bool,
+    exact=bool,
+    loss=JsonObject | None,
+    problem=JsonObject | None,
+)
 Formats = response("Formats", items=list_of(Format))
 
 
@@ -58,11 +84,14 @@ class ActivationRequest(Strict):
     """What a version is activated in spite of."""
 
     despite: Annotated[list[Name], Field(max_length=50)] = Field(
-        [], description="codes of claims that stand against it")
+        [], description="codes of claims that stand against it"
+    )
 
 
 @router.get("/activations", response_model=Activations)
-def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
+def list_activations(
+    services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None
+) -> Json:
     """List activations of a camera, when and by whom, newest first; without a camera, for images from files.
 
     The ETag, the id of the version that is active now or "none", goes into If-Match of the next activation.
@@ -70,12 +99,16 @@ def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Qu
     store = services.store
     history = store.calibrations.history(camera)
     versions = {id: _version(store, id) for id in {row["calibration"] for row in history}}
-    return versioned({"items": [{**row, "version": versions[row["calibration"]]} for row in history]},
-                     store.calibrations.active_id(camera) or NOTHING_ACTIVE)
+    return versioned(
+        {"items": [{**row, "version": versions[row["calibration"]]} for row in history]},
+        store.calibrations.active_id(camera) or NOTHING_ACTIVE,
+    )
 
 
 @router.patch("/{id}", response_model=schemas.Calibration)
-def update_calibration_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMatch = None) -> Json:
+def update_calibration_note(
+    services: ServicesDep, id: Id, body: NoteChange, if_match: IfMatch = None
+) -> Json:
     """Change the note of a version: nothing else of it ever changes.
 
     With If-Match, the ETag of GET, only if nobody has changed it since: else 412, with `current`.
@@ -100,15 +133,20 @@ def _version(store: Store, id: str) -> Any:
         return None
 
 
-Approximate = Annotated[bool, Query(description="the best approximation in the format, with its error")]
-CameraNumber = Annotated[int | None, Query(ge=0, le=2**32 - 1,
-                                           description="the camera's number in a format that has one")]
+Approximate = Annotated[
+    bool, Query(description="the best approximation in the format, with its error")
+]
+CameraNumber = Annotated[
+    int | None,
+    Query(ge=0, le=2**32 - 1, description="the camera's number in a format that has one"),
+]
 IMPORT_BODY = {"requestBody": upload({option: {"type": "string"} for option in OPTIONS})}
 
 
 @router.post("", status_code=201, response_model=schemas.Calibration, responses=schemas.ACCEPTED)
-async def create_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest,
-                             job: AsJob = False) -> Response:
+async def create_calibration(
+    request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest, job: AsJob = False
+) -> Response:
     """Fit, evaluate and save a new version of a camera's calibration. Nothing is saved if anything fails.
 
     With ?job=true a job, whose result is {"calibration": id}.
@@ -117,12 +155,25 @@ async def create_calibration(request: Request, services: ServicesDep, by: Operat
     spec = {"task": task.to_json()}
     if not job and task.n_points <= FEW_POINTS:
         processes = services.comparisons if task.chooses else services.fits
-        made = await processes.run(run_fit, spec, (await caller_of(request)).address, request.is_disconnected)
-        return _created(await services.run_in_thread(
-            save_new_version, services.store, Calibration.from_json(json.loads(made)), by))
-    return await finished_or_queued(request, services, "calibration", run_fit, spec, job,
-                                    "calibration", {"by": by}, lambda made: _created(
-                                        services.store.calibrations.get(made["calibration"])))
+        made = await processes.run(
+            run_fit, spec, (await caller_of(request)).address, request.is_disconnected
+        )
+        return _created(
+            await services.run_in_thread(
+                save_new_version, services.store, Calibration.from_json(json.loads(made)), by
+            )
+        )
+    return await finished_or_queued(
+        request,
+        services,
+        "calibration",
+        run_fit,
+        spec,
+        job,
+        "calibration",
+        {"by": by},
+        lambda made: _created(services.store.calibrations.get(made["calibration"])),
+    )
 
 
 def _created(calibration: Calibration) -> Json:
@@ -130,7 +181,9 @@ def _created(calibration: Calibration) -> Json:
 
 
 @router.post("/compare", response_model=Ranking, responses=schemas.ACCEPTED)
-async def compare_models(request: Request, services: ServicesDep, body: CompareRequest, job: AsJob = False) -> Response:
+async def compare_models(
+    request: Request, services: ServicesDep, body: CompareRequest, job: AsJob = False
+) -> Response:
     """Rank every model (or those in `models`) on the same points; saves nothing and may take ten seconds.
 
     With ?job=true a job, whose result is the same ranking.
@@ -140,8 +193,12 @@ async def compare_models(request: Request, services: ServicesDep, body: CompareR
     return await finished_or_queued(request, services, "comparison", run_compare, spec, job)
 
 
-@router.post("/import", status_code=201, response_model=schemas.Calibration | schemas.Lens,
-             openapi_extra=IMPORT_BODY)
+@router.post(
+    "/import",
+    status_code=201,
+    response_model=schemas.Calibration | schemas.Lens,
+    openapi_extra=IMPORT_BODY,
+)
 async def import_calibration(request: Request, services: ServicesDep, by: OperatorDep) -> Json:
     """Save the content of a file: multipart with `file` of any format that GET …/exports lists with "reads".
 
@@ -154,19 +211,30 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
 
 
 @router.get("", response_model=Calibrations)
-def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
-                      cursor: Cursor = None, brief: Annotated[bool, Query(
-                          description="without points, residuals, covariances and the field's definition, with the "
-                          "changes of the field since then")] = False,
-                      ) -> Response:
+def list_calibrations(
+    services: ServicesDep,
+    camera: Annotated[IdQuery | None, Query()] = None,
+    limit: Limit = 50,
+    cursor: Cursor = None,
+    brief: Annotated[
+        bool,
+        Query(
+            description="without points, residuals, covariances and the field's definition, with the "
+            "changes of the field since then"
+        ),
+    ] = False,
+) -> Response:
     """List versions, newest first."""
     page = services.store.calibrations.found(camera, limit, cursor)
     texts = [_brief(services, one) if brief else one.text.encode() for one in page.items]
-    return JsonText(b'{"items":[%b],"next_cursor":%b}' % (b",".join(texts), json_bytes(page.next_cursor)))
+    return JsonText(
+        b'{"items":[%b],"next_cursor":%b}' % (b",".join(texts), json_bytes(page.next_cursor))
+    )
 
 
 def _brief(services: Services, version: FoundVersion) -> bytes:
     """Return the JSON of a version's brief form; made once, until it or a field has changed."""
+
     def made() -> CachedAnswer:
         calibration = version.calibration
         report = {**calibration.report, "per_feature": []}
@@ -175,11 +243,24 @@ def _brief(services: Services, version: FoundVersion) -> bytes:
         if "covariance" in report:
             known = report["covariance"]
             names = known.get("names") if isinstance(known, Mapping) else None
-            report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None
-        return CachedAnswer.of(json_bytes({
-            **calibration.to_json(), "observations": [], "field_definition": {}, "report": report,
-            "field_changes": services.cameras.field_changes(calibration)}))
-    return services.answers.get_or_make((_brief, version.stamp, services.fields.revision), made).content
+            report["covariance"] = (
+                {"names": names, "matrix": []} if isinstance(names, list) else None
+            )
+        return CachedAnswer.of(
+            json_bytes(
+                {
+                    **calibration.to_json(),
+                    "observations": [],
+                    "field_definition": {},
+                    "report": report,
+                    "field_changes": services.cameras.field_changes(calibration),
+                }
+            )
+        )
+
+    return services.answers.get_or_make(
+        (_brief, version.stamp, services.fields.revision), made
+    ).content
 
 
 @router.get("/{id}", response_model=schemas.Calibration)
@@ -195,8 +276,14 @@ def delete_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) 
 
 
 @router.post("/{id}/activate", response_model=schemas.Calibration)
-async def activate_calibration(request: Request, services: ServicesDep, by: OperatorDep, id: Id,
-                               body: ActivationRequest | None = None, if_match: IfMatch = None) -> Json:
+async def activate_calibration(
+    request: Request,
+    services: ServicesDep,
+    by: OperatorDep,
+    id: Id,
+    body: ActivationRequest | None = None,
+    if_match: IfMatch = None,
+) -> Json:
     """Make a version its camera's active one; the former stays, so rolling back is activating that.
 
     Its claims are tried first, with a frame of its camera where that is live. 409 `problems-found` where some stand
@@ -205,7 +292,9 @@ async def activate_calibration(request: Request, services: ServicesDep, by: Oper
     with who has activated what as `current`.
     """
     despite = [] if body is None else body.despite
-    return _version_json(await activate(services, id, by, if_match, despite, request.is_disconnected))
+    return _version_json(
+        await activate(services, id, by, if_match, despite, request.is_disconnected)
+    )
 
 
 @router.get("/{id}/exports", response_model=Formats, responses=UNCHANGED)
@@ -217,13 +306,24 @@ def list_exports(services: ServicesDep, version: VersionDep) -> Json:
 
 
 @router.get("/{id}/export/{format}", response_class=Response, responses=EXPORTED)
-async def export_calibration(request: Request, services: ServicesDep, id: Id, format: Id,
-                             approximate: Approximate = False, camera_id: CameraNumber = None) -> Response:
+async def export_calibration(
+    request: Request,
+    services: ServicesDep,
+    id: Id,
+    format: Id,
+    approximate: Approximate = False,
+    camera_id: CameraNumber = None,
+) -> Response:
     """Return the calibration in that format; 409 if that cannot represent the model, or with ?approximate=true the
     nearest that it can, its worst error in the header X-Approximation-Error-Mm."""
     calibration = await services.run_in_thread(services.store.calibrations.get, id)
     write = partial(export, calibration, format, approximate, camera_id)
     # a remap table is as large as the corrected picture
-    file = await services.process_picture(calibration.corrected_size, write, request.is_disconnected)
-    return Response(file.data, media_type=file.media_type,
-                    headers={"Content-Disposition": attachment(file.name), **error_header(file.loss)})
+    file = await services.process_picture(
+        calibration.corrected_size, write, request.is_disconnected
+    )
+    return Response(
+        file.data,
+        media_type=file.media_type,
+        headers={"Content-Disposition": attachment(file.name), **error_header(file.loss)},
+    )

@@ -26,20 +26,49 @@ from touchline.store.repository import check_etag
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
-ActiveVersion = response("ActiveVersion", id=str, version=int, model=str, created_at=str, verdict=JsonObject,
-    expected_mm=float | None, expected_hat_mm=float | None, hat_height_mm=float | None,
-    field=str, region=str, rotate=int,
-    field_changes=described(list[str], "parts of its field whose position has changed since it was made"))
-Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
-    active_calibration=str | None, active=ActiveVersion | None, updated_at=str | None, updated_by=str | None)
+ActiveVersion = response(
+    "ActiveVersion",
+    id=str,
+    version=int,
+    model=str,
+    created_at=str,
+    verdict=JsonObject,
+    expected_mm=float | None,
+    expected_hat_mm=float | None,
+    hat_height_mm=float | None,
+    field=str,
+    region=str,
+    rotate=int,
+    field_changes=described(
+        list[str], "parts of its field whose position has changed since it was made"
+    ),
+)
+Camera = response(
+    "Camera",
+    id=str,
+    name=str,
+    field=str | None,
+    region=str | None,
+    source=str,
+    editable=bool,
+    active_calibration=str | None,
+    active=ActiveVersion | None,
+    updated_at=str | None,
+    updated_by=str | None,
+)
 Cameras = page_of("Cameras", Camera)
-CameraTest = response("CameraTest", width=int, height=int, fps=float, identity=Texts | None, picture=str)
+CameraTest = response(
+    "CameraTest", width=int, height=int, fps=float, identity=Texts | None, picture=str
+)
 FoundCameras = response("FoundCameras", items=list[JsonObject])
 Sources = response("Sources", items=list[JsonObject])
 Controls = response("Controls", items=list[JsonObject])
-CameraStatuses = response("CameraStatuses", items=list[ListedCameraStatus],
+CameraStatuses = response(
+    "CameraStatuses",
+    items=list[ListedCameraStatus],
     fields=described(str, "a different revision after each change of a field"),
-    restored=described(int, "how many backups were restored since the server started"))
+    restored=described(int, "how many backups were restored since the server started"),
+)
 
 WAIT_SECONDS = say("advice.wait-seconds", "Wait a few seconds.")
 TESTS = asyncio.Semaphore(2)  # cameras that are tried out at once
@@ -55,7 +84,9 @@ def list_cameras(services: ServicesDep) -> Json:
 @router.post("", status_code=201, response_model=Camera)
 async def create_camera(services: ServicesDep, by: OperatorDep, body: requests.NewCamera) -> Json:
     """Add a camera. Its address is checked, not whether it answers: try that with POST /cameras/test."""
-    camera = await services.run_in_thread(services.cameras.add, CameraSettings(**body.model_dump()), by)
+    camera = await services.run_in_thread(
+        services.cameras.add, CameraSettings(**body.model_dump()), by
+    )
     return created(services.cameras.to_json(camera), f"cameras/{camera.id}")
 
 
@@ -63,23 +94,35 @@ async def create_camera(services: ServicesDep, by: OperatorDep, body: requests.N
 async def test_camera(services: ServicesDep, body: requests.CameraTestRequest) -> Json:
     """Open a source in a process of its own and return one image, or the reason why there is none. Nothing is saved."""
     if TESTS.locked():
-        raise Busy(say("camera.tests-running", "Two camera tests are already running."), WAIT_SECONDS,
-                   reason="too-many-tests")
+        raise Busy(
+            say("camera.tests-running", "Two camera tests are already running."),
+            WAIT_SECONDS,
+            reason="too-many-tests",
+        )
     async with TESTS:
         status, png = await services.cameras.try_source(body.source)
     frame = await services.run_in_thread(services.decoder.frame_from_bytes, png)
     jpeg = await services.run_in_thread(lambda: encode(frame.pixels, "jpg", 85))
-    return Json({"width": frame.size.width, "height": frame.size.height, "fps": status["fps"],
-                 "identity": status["identity"],
-                 "picture": f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"})
+    return Json(
+        {
+            "width": frame.size.width,
+            "height": frame.size.height,
+            "fps": status["fps"],
+            "identity": status["identity"],
+            "picture": f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}",
+        }
+    )
 
 
 @router.get("/found", response_model=FoundCameras)
 async def find_cameras(services: ServicesDep) -> Json:
     """Find connected cameras and their addresses from this machine; takes up to five seconds."""
     if SEARCHES.locked():
-        raise Busy(say("camera.search-running", "A camera search is already running."), WAIT_SECONDS,
-                   reason="already-looking")
+        raise Busy(
+            say("camera.search-running", "A camera search is already running."),
+            WAIT_SECONDS,
+            reason="already-looking",
+        )
     async with SEARCHES:
         return Json({"items": await services.run_in_thread(discover_cameras)})
 
@@ -99,8 +142,13 @@ async def list_camera_statuses(services: ServicesDep) -> Json:
     """
     # never behind work that fills the services' threads
     cameras = await asyncio.to_thread(services.cameras.all)
-    return Json({"items": [{"id": camera.id, **services.live.status(camera.id)} for camera in cameras],
-                 "fields": services.fields.revision, "restored": services.store.restored})
+    return Json(
+        {
+            "items": [{"id": camera.id, **services.live.status(camera.id)} for camera in cameras],
+            "fields": services.fields.revision,
+            "restored": services.store.restored,
+        }
+    )
 
 
 @router.get("/{id}", response_model=Camera)
@@ -111,12 +159,23 @@ def read_camera(services: ServicesDep, id: Id) -> Json:
 
 
 @router.patch("/{id}", response_model=Camera)
-async def update_camera(services: ServicesDep, by: OperatorDep, id: Id, body: requests.CameraChanges,
-                        if_match: IfMatch = None) -> Response:
+async def update_camera(
+    services: ServicesDep,
+    by: OperatorDep,
+    id: Id,
+    body: requests.CameraChanges,
+    if_match: IfMatch = None,
+) -> Response:
     """Change a camera that was added; omitted values stay. Its process restarts if its source has changed."""
     if if_match is None:
-        raise IfMatchNeeded("The request does not state the version of the definition that it changes.")
-    changes = {name: value for name, value in body.model_dump(exclude_unset=True).items() if name != "source" or value}
+        raise IfMatchNeeded(
+            "The request does not state the version of the definition that it changes."
+        )
+    changes = {
+        name: value
+        for name, value in body.model_dump(exclude_unset=True).items()
+        if name != "source" or value
+    }
     camera = await services.run_in_thread(services.cameras.change, id, changes, if_match, by)
     if body.source is not None:
         await services.live.forget(id)
@@ -144,29 +203,44 @@ async def list_camera_controls(services: ServicesDep, id: Id) -> Json:
 
 
 @router.patch("/{id}/controls", response_model=Controls)
-async def update_camera_controls(services: ServicesDep, id: Id, body: requests.ControlChanges) -> Json:
+async def update_camera_controls(
+    services: ServicesDep, id: Id, body: requests.ControlChanges
+) -> Json:
     """Set some controls, in the order given; return what the camera reports afterwards."""
     camera = services.live.get(id)
-    return Json({"items": [await camera.set_control(name, value) for name, value in body.controls.items()]})
+    return Json(
+        {"items": [await camera.set_control(name, value) for name, value in body.controls.items()]}
+    )
 
 
 @router.post("/{id}/confirm", response_model=CameraStatus)
-async def confirm_camera(services: ServicesDep, by: OperatorDep, id: Id, if_match: IfMatch = None) -> Json:
+async def confirm_camera(
+    services: ServicesDep, by: OperatorDep, id: Id, if_match: IfMatch = None
+) -> Json:
     """Confirm that this is the calibrated camera, although it looks like another: apply its calibration again.
 
     With If-Match, the id of the version that you saw as the active one, only if it still is: else 412.
     """
     camera = services.live.get(id)
     if camera.identity is None:
-        raise Conflict(say("camera.not-live-yet", "The camera has not been live yet."),
-                       say("camera.confirm-when-live", "Wait until it is live, then confirm it."),
-                       reason="camera-silent")
+        raise Conflict(
+            say("camera.not-live-yet", "The camera has not been live yet."),
+            say("camera.confirm-when-live", "Wait until it is live, then confirm it."),
+            reason="camera-silent",
+        )
     if camera.calibration is None:
-        raise Conflict(NOT_CALIBRATED, say("camera.nothing-to-confirm", "There is no calibration to confirm."),
-                       reason="not-calibrated")
-    check_etag(if_match, camera.calibration.id, say("stale.confirmed", "Another version has become active since you "
-                                                    "opened this page."), "stale-activation",
-               {"calibration": camera.calibration.id})
+        raise Conflict(
+            NOT_CALIBRATED,
+            say("camera.nothing-to-confirm", "There is no calibration to confirm."),
+            reason="not-calibrated",
+        )
+    check_etag(
+        if_match,
+        camera.calibration.id,
+        say("stale.confirmed", "Another version has become active since you opened this page."),
+        "stale-activation",
+        {"calibration": camera.calibration.id},
+    )
     await services.run_in_thread(services.cameras.confirm, camera.calibration, camera.identity, by)
     services.live.refresh(id)
     return Json(camera.status())
@@ -178,16 +252,30 @@ def _camera(services: ServicesDep, camera: CameraSettings, etag: str | None) -> 
 
 def _source(name: str) -> dict[str, Any]:
     kind = SOURCES[name]
-    return stated({"scheme": name, "title": named(f"source.{name}", kind.TITLE),
-                   "help": named(f"source.{name}.help", kind.HELP), "target": kind.TARGET,
-                   "options": [option.to_json() for option in kind.OPTIONS]})
+    return stated(
+        {
+            "scheme": name,
+            "title": named(f"source.{name}", kind.TITLE),
+            "help": named(f"source.{name}.help", kind.HELP),
+            "target": kind.TARGET,
+            "options": [option.to_json() for option in kind.OPTIONS],
+        }
+    )
 
 
 events_router = APIRouter(tags=["cameras"])
 
-Event = response("Event", says=True, at=str, kind=activity.Kind,
-    camera=described(str | None, "null: images from files"), version=int | None, by=str | None, despite=list[str],
-    text=str)
+Event = response(
+    "Event",
+    says=True,
+    at=str,
+    kind=activity.Kind,
+    camera=described(str | None, "null: images from files"),
+    version=int | None,
+    by=str | None,
+    despite=list[str],
+    text=str,
+)
 Events = response("Events", items=list_of(Event))
 
 
@@ -197,4 +285,6 @@ def list_events(services: ServicesDep, limit: Limit = 20) -> Json:
 
     Each has one plain sentence as `text`.
     """
-    return Json({"items": newest_events(services.events.noted, services.store, services.cameras, limit)})
+    return Json(
+        {"items": newest_events(services.events.noted, services.store, services.cameras, limit)}
+    )

@@ -49,7 +49,9 @@ def known_job(services: ServicesDep, id: Id) -> Job:
 
 
 @router.get("/{id}/events", response_class=EventSourceResponse)
-async def watch_job(services: ServicesDep, job: Annotated[Job, Depends(known_job)]) -> AsyncIterable[ServerSentEvent]:
+async def watch_job(
+    services: ServicesDep, job: Annotated[Job, Depends(known_job)]
+) -> AsyncIterable[ServerSentEvent]:
     """Send events: the job now and after every change, until it has ended; then the stream closes."""
     async for state in _states(services.jobs, job.id):
         yield ServerSentEvent(data=state)
@@ -64,9 +66,15 @@ async def stream_job(socket: WebSocket, services: ServicesDep, id: str) -> None:
 @router.websocket("/stream")
 async def stream_jobs(socket: WebSocket, services: ServicesDep) -> None:
     """Send all jobs: {"items": […]}, newest first, now and after every change; of results only the ids in `made`."""
+
     async def lists() -> AsyncIterator[dict[str, Any]]:
         async for jobs in _changes(services.jobs, lambda jobs: jobs.all()):
-            yield {"items": [{**job_json(replace(job, result=None)), "made": _made_by(job)} for job in jobs]}
+            yield {
+                "items": [
+                    {**job_json(replace(job, result=None)), "made": _made_by(job)} for job in jobs
+                ]
+            }
+
     await send_stream(socket, lists())
 
 

@@ -22,7 +22,9 @@ from touchline.workflows.calibration import Uncertainty
 router = APIRouter(tags=["judging"])
 
 
-HeightMm = Annotated[float, Query(ge=0, le=5000, allow_inf_nan=False, description="height of the plane, mm")]
+HeightMm = Annotated[
+    float, Query(ge=0, le=5000, allow_inf_nan=False, description="height of the plane, mm")
+]
 PNG = files("image/png") | UNCHANGED
 
 
@@ -44,14 +46,18 @@ def read_uncertainty(services: ServicesDep, version: VersionDep, z_mm: HeightMm 
 @router.get("/calibrations/{id}/uncertainty.png", response_class=Response, responses=PNG)
 @cached_response
 @in_thread
-def read_uncertainty_image(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Response:
+def read_uncertainty_image(
+    services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0
+) -> Response:
     """Draw the same as a heat map with a scale in mm and the largest error marked, oriented as the corrected image."""
     calibration = version.calibration
     grid = _uncertainty(calibration, z_mm)["grid"]
     return _heat_map(grid["sigma_mm"], calibration, f"expected error at z = {z_mm:g} mm")
 
 
-@router.get("/calibrations/{id}/difference/{other}.json", response_model=Difference, responses=UNCHANGED)
+@router.get(
+    "/calibrations/{id}/difference/{other}.json", response_model=Difference, responses=UNCHANGED
+)
 @cached_response
 @in_thread
 def read_difference(services: ServicesDep, version: VersionDep, against: OtherDep) -> Json:
@@ -62,7 +68,9 @@ def read_difference(services: ServicesDep, version: VersionDep, against: OtherDe
 @router.get("/calibrations/{id}/difference/{other}.png", response_class=Response, responses=PNG)
 @cached_response
 @in_thread
-def read_difference_image(services: ServicesDep, version: VersionDep, against: OtherDep) -> Response:
+def read_difference_image(
+    services: ServicesDep, version: VersionDep, against: OtherDep
+) -> Response:
     """Draw the same as a heat map with a scale in mm."""
     a, b = version.calibration, against.calibration
     grid = workflow.difference_grid(_difference(a, b))
@@ -80,7 +88,9 @@ def _difference(a: Calibration, b: Calibration) -> Difference:
 
 
 def _heat_map(values_mm: Any, calibration: Calibration, title: str) -> Response:
-    return picture(workflow.error_map_image(values_mm, Restored.of(calibration).region, title), "png")
+    return picture(
+        workflow.error_map_image(values_mm, Restored.of(calibration).region, title), "png"
+    )
 
 
 claims_router = APIRouter()
@@ -100,8 +110,11 @@ async def list_claims(request: Request, services: ServicesDep, id: Id, look: Loo
     tested; else `ready`.
     """
     calibration = await services.run_in_thread(services.store.calibrations.get, id)
-    claims = (await all_claims(services, calibration, request.is_disconnected) if look else
-              await services.run_in_thread(known_claims, services, calibration))
+    claims = (
+        await all_claims(services, calibration, request.is_disconnected)
+        if look
+        else await services.run_in_thread(known_claims, services, calibration)
+    )
     return _answer(claims, calibration=id)
 
 
@@ -115,4 +128,7 @@ async def read_readiness(services: ServicesDep) -> Json:
 
 
 def _answer(claims: Sequence[Claim], **more: Any) -> Json:
-    return Json({**more, "gate": gate_of(claims), "items": [claim.to_json() for claim in claims]}, headers=NO_STORE)
+    return Json(
+        {**more, "gate": gate_of(claims), "items": [claim.to_json() for claim in claims]},
+        headers=NO_STORE,
+    )

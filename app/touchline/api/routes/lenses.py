@@ -41,5 +41,9 @@ def delete_lens(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None
 def _summary(lens: JsonObject) -> JsonObject:
     """Return a lens in short; one of an early version may have no report."""
     report = lens.get("report", {"rms_px": None, "verdict": {}, "views": []})
-    return {**{key: lens.get(key) for key in SUMMARY}, "rms_px": report["rms_px"], "verdict": report["verdict"],
-            "views": sum(view["used"] for view in report["views"])}
+    return {
+        **{key: lens.get(key) for key in SUMMARY},
+        "rms_px": report["rms_px"],
+        "verdict": report["verdict"],
+        "views": sum(view["used"] for view in report["views"]),
+    }

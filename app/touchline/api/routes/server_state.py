@@ -41,9 +41,11 @@ def docs_router(static: Path) -> APIRouter:
     @router.get("/docs")
     def docs() -> Response:
         if not (static / "vendor" / "swagger-ui" / "swagger-ui-bundle.js").is_file():
-            raise Unavailable("The files of the documentation page are missing.",
-                              "Install Touchline again with access to the npm registry, or use /api/v1/openapi.json.",
-                              reason="docs-not-built")
+            raise Unavailable(
+                "The files of the documentation page are missing.",
+                "Install Touchline again with access to the npm registry, or use /api/v1/openapi.json.",
+                reason="docs-not-built",
+            )
         return HTMLResponse(DOCS_PAGE)
 
     return router
@@ -51,10 +53,18 @@ def docs_router(static: Path) -> APIRouter:
 
 router = APIRouter()
 
-Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, warnings=list[JsonObject],
-    damaged=list[JsonObject])
+Health = response(
+    "Health",
+    status=Literal["ok"],
+    version=str,
+    uptime_s=float,
+    warnings=list[JsonObject],
+    damaged=list[JsonObject],
+)
 Restoration = response("Restoration", record=RestorationRecord, lost=int)
-SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)
+SettingView = response(
+    "SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None
+)
 SettingsView = response("SettingsView", version=str, items=list_of(SettingView), storage=JsonObject)
 
 
@@ -67,21 +77,41 @@ def read_health(services: ServicesDep, request: Request) -> Json:
     token = services.settings.token
     if token is not None and not has_token(request.headers, token.get_secret_value()):
         return Json({"status": "ok"})
-    warnings = (*services.store.warnings, *services.fields.warnings,
-                *(warning for part in services.running_parts for warning in part.warnings))
-    return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - services.started_s, 3),
-                 "warnings": [stated({"reason": w.reason, "text": w.text, "fix": w.fix}) for w in warnings],
-                 "damaged": [damage.to_json() for damage in services.store.damaged]})
+    warnings = (
+        *services.store.warnings,
+        *services.fields.warnings,
+        *(warning for part in services.running_parts for warning in part.warnings),
+    )
+    return Json(
+        {
+            "status": "ok",
+            "version": __version__,
+            "uptime_s": round(time.monotonic() - services.started_s, 3),
+            "warnings": [
+                stated({"reason": w.reason, "text": w.text, "fix": w.fix}) for w in warnings
+            ],
+            "damaged": [damage.to_json() for damage in services.store.damaged],
+        }
+    )
 
 
 @router.get("/settings", tags=["health"], response_model=SettingsView)
 def read_settings(services: ServicesDep) -> Json:
     """List every setting with its default and meaning, without token and password; and how much of the disk is used."""
     helps = helps_in((shipped("configs") / "touchline.yaml").read_text(encoding="utf-8"))
-    items = [stated({"name": name, "value": _plain(value), "default": _plain(default),
-                     "help": named(f"setting.{name}", helps.get(name, "")), "secret": _is_secret(name),
-                     "change": ELSEWHERE.get(name.partition(".")[0])})
-             for name, value, default in _all(services.settings)]
+    items = [
+        stated(
+            {
+                "name": name,
+                "value": _plain(value),
+                "default": _plain(default),
+                "help": named(f"setting.{name}", helps.get(name, "")),
+                "secret": _is_secret(name),
+                "change": ELSEWHERE.get(name.partition(".")[0]),
+            }
+        )
+        for name, value, default in _all(services.settings)
+    ]
     return Json({"version": __version__, "items": items, "storage": services.store.disk_usage})
 
 
@@ -99,7 +129,9 @@ def _all(settings: Settings) -> Iterator[tuple[str, Any, Any]]:
 
 
 def _is_secret(name: str) -> bool:
-    return name in Settings.model_fields and SecretStr.__name__ in str(Settings.model_fields[name].annotation)
+    return name in Settings.model_fields and SecretStr.__name__ in str(
+        Settings.model_fields[name].annotation
+    )
 
 
 def _plain(value: Any) -> Any:
@@ -147,12 +179,19 @@ async def restore_backup(services: ServicesDep, body: requests.RestoreBackup) ->
     return Json({**asdict(found), "lost": found.lost})
 
 
-@router.get("/archive", tags=["archive"], response_class=StreamingResponse, responses=files("application/zip"))
+@router.get(
+    "/archive",
+    tags=["archive"],
+    response_class=StreamingResponse,
+    responses=files("application/zip"),
+)
 def download_archive(services: ServicesDep, passwords: bool = False) -> StreamingResponse:
     """Download one zip with every row, image and field of your own; `touchline restore` makes a data folder of it.
 
     It has no password of a camera, or with `?passwords=1` all of them, in clear.
     """
-    return StreamingResponse(services.store.archive(services.settings.own_fields, passwords=passwords),
-                             media_type="application/zip",
-                             headers={"Content-Disposition": attachment("touchline.zip"), **NO_STORE})
+    return StreamingResponse(
+        services.store.archive(services.settings.own_fields, passwords=passwords),
+        media_type="application/zip",
+        headers={"Content-Disposition": attachment("touchline.zip"), **NO_STORE},
+    )

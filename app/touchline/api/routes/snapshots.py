@@ -17,7 +17,16 @@ from touchline.api.dependencies import (
     in_thread,
     operator_name,
 )
-from touchline.api.requests import CameraSnapshot, Cursor, Format, Id, IdQuery, Limit, Purpose, WidthPx
+from touchline.api.requests import (
+    CameraSnapshot,
+    Cursor,
+    Format,
+    Id,
+    IdQuery,
+    Limit,
+    Purpose,
+    WidthPx,
+)
 from touchline.api.responses import Json, created, page, picture, versioned
 from touchline.api.schemas import PICTURE, JsonObject, page_of, response, upload
 from touchline.api.sockets import send_stream
@@ -34,43 +43,69 @@ from touchline.vision.snap import REACH_PX
 
 router = APIRouter()
 
-Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
-    options=JsonObject, observations=list[ObservationJson], updated_at=str | None)
+Draft = response(
+    "Draft",
+    says=True,
+    field=str | None,
+    region=str | None,
+    rotate=int | None,
+    model=str | None,
+    options=JsonObject,
+    observations=list[ObservationJson],
+    updated_at=str | None,
+)
 SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
 Snapshots = page_of("Snapshots", schemas.Snapshot)
 
 PURPOSES = get_args(Purpose)
 Reach = Annotated[float, Field(ge=2, le=40, description="how far from the point a line may be, px")]
-Feature = Annotated[str, Field(min_length=1, max_length=200, description="border, line or arc of the field")]
-BODY = upload({"camera": {"type": "string"},
-               "purpose": {"type": "string", "enum": list(PURPOSES), "default": "picture"}})
+Feature = Annotated[
+    str, Field(min_length=1, max_length=200, description="border, line or arc of the field")
+]
+BODY = upload(
+    {
+        "camera": {"type": "string"},
+        "purpose": {"type": "string", "enum": list(PURPOSES), "default": "picture"},
+    }
+)
 BODY["content"]["application/json"] = {"schema": CameraSnapshot.model_json_schema()}
 
 
-@router.post("/snapshots", tags=["snapshots"], status_code=201, response_model=schemas.Snapshot,
-             openapi_extra={"requestBody": BODY})
+@router.post(
+    "/snapshots",
+    tags=["snapshots"],
+    status_code=201,
+    response_model=schemas.Snapshot,
+    openapi_extra={"requestBody": BODY},
+)
 async def create_snapshot(request: Request, services: ServicesDep) -> Json:
     """Save an image: multipart with `file` (PNG, JPEG, BMP or WebP), or JSON {"camera": id} to take one now."""
     kind = content_type(request)
     if kind == "multipart/form-data":
         data, texts = await uploaded_file(request, services.decoder.limits.max_bytes)
-        snapshot = await services.run_in_thread(_save, services, data, texts["camera"] or None,
-                                                texts["purpose"] or "picture")
+        snapshot = await services.run_in_thread(
+            _save, services, data, texts["camera"] or None, texts["purpose"] or "picture"
+        )
     elif kind == "application/json":
         body = await json_body(request, CameraSnapshot)
-        snapshot = await services.take_snapshot(body.camera, request.is_disconnected, body.frames, body.over_s,
-                                                body.purpose)
+        snapshot = await services.take_snapshot(
+            body.camera, request.is_disconnected, body.frames, body.over_s, body.purpose
+        )
     else:
-        raise BadInput("The request is neither a form with a file nor JSON.",
-                       'Send multipart/form-data with the image as '
-                       '"file", or JSON {"camera": id}.', reason="wrong-content-type")
+        raise BadInput(
+            "The request is neither a form with a file nor JSON.",
+            'Send multipart/form-data with the image as "file", or JSON {"camera": id}.',
+            reason="wrong-content-type",
+        )
     return created(snapshot.to_json(), f"snapshots/{snapshot.id}")
 
 
 def _save(services: Services, data: bytes, camera: str | None, purpose: str) -> Snapshot:
     """Decode a picture first: what cannot be decoded is not saved."""
     if purpose not in PURPOSES:
-        raise BadInput("This purpose is unknown.", f"Use one of: {', '.join(PURPOSES)}.", reason="bad-request")
+        raise BadInput(
+            "This purpose is unknown.", f"Use one of: {', '.join(PURPOSES)}.", reason="bad-request"
+        )
     if camera is not None:
         services.cameras.get(camera)
     size = services.decoder.frame_from_bytes(data).size
@@ -79,8 +114,13 @@ def _save(services: Services, data: bytes, camera: str | None, purpose: str) -> 
 
 
 @router.get("/snapshots", tags=["snapshots"], response_model=Snapshots)
-def list_snapshots(services: ServicesDep, limit: Limit = 50, cursor: Cursor = None,
-                   purpose: Purpose | None = None, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
+def list_snapshots(
+    services: ServicesDep,
+    limit: Limit = 50,
+    cursor: Cursor = None,
+    purpose: Purpose | None = None,
+    camera: Annotated[IdQuery | None, Query()] = None,
+) -> Json:
     """List snapshots, newest first; those that were taken for one purpose, of one camera, or all."""
     snapshots = services.store.snapshots.list(limit, cursor, purpose, camera)
     return page((snapshot.to_json() for snapshot in snapshots.items), snapshots.next_cursor)
@@ -92,9 +132,13 @@ def read_snapshot(services: ServicesDep, id: Id) -> Json:
     return Json(services.store.snapshots.get(id).to_json())
 
 
-@router.get("/snapshots/{id}/image.{format}", tags=["snapshots"], response_class=Response, responses=PICTURE)
+@router.get(
+    "/snapshots/{id}/image.{format}", tags=["snapshots"], response_class=Response, responses=PICTURE
+)
 @in_thread
-def read_snapshot_image(services: ServicesDep, id: Id, format: Format, width: WidthPx = None) -> Response:
+def read_snapshot_image(
+    services: ServicesDep, id: Id, format: Format, width: WidthPx = None
+) -> Response:
     """Return the image, pixel for pixel as from the sensor: encoded again, so that EXIF tags rotate nothing.
 
     With `width` scaled down to that, unless it is no wider.
@@ -163,8 +207,13 @@ def read_draft(services: ServicesDep, snapshot: Id) -> Json:
 
 
 @router.put("/drafts/{snapshot}", tags=["drafts"], response_model=Draft)
-def save_draft(services: ServicesDep, by: OperatorDep, snapshot: Id, body: requests.DraftBody,
-               if_match: IfMatch = None) -> Response:
+def save_draft(
+    services: ServicesDep,
+    by: OperatorDep,
+    snapshot: Id,
+    body: requests.DraftBody,
+    if_match: IfMatch = None,
+) -> Response:
     """Replace the draft that If-Match names: 428 without it, 412 with the `current` draft after another change."""
     services.store.snapshots.get(snapshot)
     if if_match is None:
@@ -175,7 +224,9 @@ def save_draft(services: ServicesDep, by: OperatorDep, snapshot: Id, body: reque
 
 
 @router.websocket("/drafts/{snapshot}/stream")
-async def watch_draft(socket: WebSocket, services: ServicesDep, snapshot: str, name: str = "") -> None:
+async def watch_draft(
+    socket: WebSocket, services: ServicesDep, snapshot: str, name: str = ""
+) -> None:
     """Send who else has this image open, and the ETag of the draft as soon as a user has saved it, as JSON.
 
     {"others": [name, …], "etag": "…" | null, "by": name | null}, now and after every change; with name=, what others

@@ -54,7 +54,13 @@ class MjpegResponse(Response):
                 async for body in viewer:
                     try:
                         async with asyncio.timeout(SEND_TIMEOUT_S):
-                            await send({"type": "http.response.body", "body": _part(body), "more_body": True})
+                            await send(
+                                {
+                                    "type": "http.response.body",
+                                    "body": _part(body),
+                                    "more_body": True,
+                                }
+                            )
                     except TimeoutError:
                         scope.get("state", {}).get(ABORT, lambda: None)()
                         return
@@ -63,8 +69,14 @@ class MjpegResponse(Response):
 
 def _part(body: bytes) -> bytes:
     head, jpeg = decode_body(body)
-    return (f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n"
-            f"X-Frame-Seq: {head['seq']}\r\nX-Frame-Time: {head['time']:.3f}\r\n\r\n").encode() + bytes(jpeg) + b"\r\n"
+    return (
+        (
+            f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n"
+            f"X-Frame-Seq: {head['seq']}\r\nX-Frame-Time: {head['time']:.3f}\r\n\r\n"
+        ).encode()
+        + bytes(jpeg)
+        + b"\r\n"
+    )
 
 
 async def _until_disconnect(receive: Receive) -> None:
@@ -75,31 +87,56 @@ async def _until_disconnect(receive: Receive) -> None:
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
 
-ViewName = Annotated[str, Query(max_length=64, description="raw, corrected, side: both side by side; detections: raw "
-                                "with the detections, stage-NAME: result of a stage of the detection")]
-Width = Annotated[int, Query(ge=0, le=3840, description="of the picture, px; 0: as delivered by the camera")]
+ViewName = Annotated[
+    str,
+    Query(
+        max_length=64,
+        description="raw, corrected, side: both side by side; detections: raw "
+        "with the detections, stage-NAME: result of a stage of the detection",
+    ),
+]
+Width = Annotated[
+    int, Query(ge=0, le=3840, description="of the picture, px; 0: as delivered by the camera")
+]
 Quality = Annotated[int, Query(ge=10, le=100, description="of the JPEG")]
-Stale = Annotated[bool, Query(description="also the last frame of a camera that delivers none any more; only JPEG")]
-Fps = Annotated[float | None, Query(gt=0, le=MAX_FPS, allow_inf_nan=False, description="at most; by default all")]
+Stale = Annotated[
+    bool,
+    Query(description="also the last frame of a camera that delivers none any more; only JPEG"),
+]
+Fps = Annotated[
+    float | None,
+    Query(gt=0, le=MAX_FPS, allow_inf_nan=False, description="at most; by default all"),
+]
 
 
 @router.get("/{id}/frame.{format}", response_class=Response, responses=PICTURE)
-async def read_camera_frame(services: ServicesDep, id: Id, format: Literal["jpg", "png"], view: ViewName = "raw",
-                            width: Width = 0, quality: Quality = 90, stale: Stale = False) -> Response:
+async def read_camera_frame(
+    services: ServicesDep,
+    id: Id,
+    format: Literal["jpg", "png"],
+    view: ViewName = "raw",
+    width: Width = 0,
+    quality: Quality = 90,
+    stale: Stale = False,
+) -> Response:
     """Return the newest frame. PNG is exact to the bit, at its own size; X-Frame-Seq and X-Frame-Time say which.
 
     503 while the camera delivers none, unless stale=1 asks for the last one all the same.
     """
     camera = services.live.get(id)
     if format == "png" and view not in ("raw", "corrected"):
-        raise BadInput("Only the raw view and the corrected view are available as PNG.",
-                       "Request one of them, or frame.jpg.",
-                       reason="unknown-view")
+        raise BadInput(
+            "Only the raw view and the corrected view are available as PNG.",
+            "Request one of them, or frame.jpg.",
+            reason="unknown-view",
+        )
     channel = _channel(camera, view, width, quality)
     if format == "png":
         return await _exact_frame(services, camera, view)
     with camera.watching(channel) as viewer:
-        head, jpeg = decode_body(await when_awake(camera, viewer.next, FIRST_FRAME_S, must_be_live=not stale))
+        head, jpeg = decode_body(
+            await when_awake(camera, viewer.next, FIRST_FRAME_S, must_be_live=not stale)
+        )
     return Response(bytes(jpeg), media_type="image/jpeg", headers=_headers(head))
 
 
@@ -112,7 +149,11 @@ async def _exact_frame(services: Services, camera: LiveCamera, view: str) -> Res
 
         def corrected() -> bytes:
             pixels = services.decoder.frame_from_bytes(frame.png).pixels
-            return encode(correct(pixels, model_of(calibration), calibration.image_size, CorrectedView()), "png")
+            return encode(
+                correct(pixels, model_of(calibration), calibration.image_size, CorrectedView()),
+                "png",
+            )
+
         png = await services.run_in_thread(corrected)
     return Response(png, media_type="image/png", headers=_headers(frame.head))
 
@@ -128,10 +169,19 @@ def _channel(camera: LiveCamera, view: str, width: int, quality: int) -> StreamS
     return channel
 
 
-@router.get("/{id}/stream.mjpg", response_class=Response,
-            responses=files(f"multipart/x-mixed-replace; boundary={BOUNDARY}"))
-async def stream_camera_mjpeg(services: ServicesDep, id: Id, view: ViewName = "raw", width: Width = 0,
-                              quality: Quality = 80, fps: Fps = None) -> Response:
+@router.get(
+    "/{id}/stream.mjpg",
+    response_class=Response,
+    responses=files(f"multipart/x-mixed-replace; boundary={BOUNDARY}"),
+)
+async def stream_camera_mjpeg(
+    services: ServicesDep,
+    id: Id,
+    view: ViewName = "raw",
+    width: Width = 0,
+    quality: Quality = 80,
+    fps: Fps = None,
+) -> Response:
     """Stream multipart MJPEG for <img>, VLC and OpenCV; a browser opens at most six such streams of one server."""
     camera = services.live.get(id)
     channel = _channel(camera, view, width, quality)
@@ -142,8 +192,16 @@ async def stream_camera_mjpeg(services: ServicesDep, id: Id, view: ViewName = "r
 
 
 @router.websocket("/{id}/stream")
-async def stream_frames(socket: WebSocket, services: ServicesDep, id: str, view: str = "raw", width: int = 0,
-                        quality: int = 80, fps: float | None = None, ack: bool = False) -> None:
+async def stream_frames(
+    socket: WebSocket,
+    services: ServicesDep,
+    id: str,
+    view: str = "raw",
+    width: int = 0,
+    quality: int = 80,
+    fps: float | None = None,
+    ack: bool = False,
+) -> None:
     """Send one binary message a frame: uint32 length, so many bytes of JSON, the JPEG.
 
     With ack=true the next frame is sent when the viewer has answered the last one with any text: nothing is in transit
@@ -151,13 +209,17 @@ async def stream_frames(socket: WebSocket, services: ServicesDep, id: str, view:
     """
     async with websocket_session(socket):
         if fps is not None and not 0 < fps <= MAX_FPS:
-            raise BadInput(f"{fps} frames per second is not a valid frame rate.",
-                           f"Use a value above 0, up to {MAX_FPS:g}.",
-                           reason="bad-fps")
+            raise BadInput(
+                f"{fps} frames per second is not a valid frame rate.",
+                f"Use a value above 0, up to {MAX_FPS:g}.",
+                reason="bad-fps",
+            )
         camera = services.live.get(id)
         acks = asyncio.Semaphore(1)
         with camera.watching(_channel(camera, view, width, quality), fps) as viewer:
-            await run_until_first(_receive_acks(socket, acks), _send_frames(socket, viewer, acks if ack else None))
+            await run_until_first(
+                _receive_acks(socket, acks), _send_frames(socket, viewer, acks if ack else None)
+            )
 
 
 async def _send_frames(socket: WebSocket, viewer: Any, acks: asyncio.Semaphore | None) -> None:

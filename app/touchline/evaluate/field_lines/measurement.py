@@ -85,8 +85,10 @@ class LineMeasurements:
 
     def found_shares(self) -> Array:
         """Return, for each of the names, the share of its expected length that was found; NaN for one not expected."""
-        expected, seen = (np.bincount(self.marking[of], self.stands_for_px[of], minlength=len(self.names))
-                          for of in (slice(None), self.found))
+        expected, seen = (
+            np.bincount(self.marking[of], self.stands_for_px[of], minlength=len(self.names))
+            for of in (slice(None), self.found)
+        )
         with np.errstate(invalid="ignore"):
             return seen / np.where(expected > 0, expected, np.nan)
 
@@ -94,8 +96,10 @@ class LineMeasurements:
     def missing(self) -> Mask:
         """Of each of the names: it should be in sight, nothing covers most of it, and it is not there."""
         unseen = ~self.found
-        unseen_px, bare_px = (np.bincount(self.marking[some], self.stands_for_px[some], minlength=len(self.names))
-                              for some in (unseen, unseen & self.bare))
+        unseen_px, bare_px = (
+            np.bincount(self.marking[some], self.stands_for_px[some], minlength=len(self.names))
+            for some in (unseen, unseen & self.bare)
+        )
         return (self.found_shares() < MARKING_FOUND) & (bare_px > unseen_px / 2)
 
     @property
@@ -115,21 +119,33 @@ class LineMeasurements:
     def with_markings_of(self, other: Self, numbers: Indices) -> Self:
         """Return these, but of those markings the other's."""
         own, others = ~np.isin(self.marking, numbers), np.isin(other.marking, numbers)
-        return type(self)(self.names, *(np.concatenate([getattr(self, name)[own], getattr(other, name)[others]])
-                                        for name in PER_PLACE))
+        return type(self)(
+            self.names,
+            *(
+                np.concatenate([getattr(self, name)[own], getattr(other, name)[others]])
+                for name in PER_PLACE
+            ),
+        )
 
     def evidence(self) -> OffsetMeasurements:
         """Return what was found as offset measurements on the carpet; FitFailed where nothing was."""
         of = self.found
         nothing = np.zeros(int(of.sum()))
-        return OffsetMeasurements.together([OffsetMeasurements.of_lines(self.foot[of], self.normal_mm[of], nothing,
-                                                                        self.off_mm[of])])
+        return OffsetMeasurements.together(
+            [
+                OffsetMeasurements.of_lines(
+                    self.foot[of], self.normal_mm[of], nothing, self.off_mm[of]
+                )
+            ]
+        )
 
 
 PER_PLACE = tuple(member.name for member in fields(LineMeasurements) if member.name != "names")
 
 
-def measure_lines(model: CameraModel, gray: Pixels, field: Field, region: Region) -> LineMeasurements:
+def measure_lines(
+    model: CameraModel, gray: Pixels, field: Field, region: Region
+) -> LineMeasurements:
     """Measure all lines of the region: the narrowest search that finds enough, or about as much as any.
 
     gray (h, w), with its lines bright.
@@ -137,8 +153,13 @@ def measure_lines(model: CameraModel, gray: Pixels, field: Field, region: Region
     return _measure_all(_Search.of_markings(model, gray, field, region))
 
 
-def measure_single_markings(model: CameraModel, gray: Pixels, field: Field, region: Region, names: Collection[str],
-                            ) -> LineMeasurements:
+def measure_single_markings(
+    model: CameraModel,
+    gray: Pixels,
+    field: Field,
+    region: Region,
+    names: Collection[str],
+) -> LineMeasurements:
     """Measure these markings only, each further and further off: by the others, the camera is where it was."""
     search = _Search.of_markings(model, gray, field, region)
     numbers = np.flatnonzero([name in names for name in search.names])
@@ -146,19 +167,40 @@ def measure_single_markings(model: CameraModel, gray: Pixels, field: Field, regi
 
     def not_in_one_course(found: LineMeasurements) -> Indices:
         return numbers[~(found.found_shares()[numbers] > MIN_SINGLE_SHARE)]
+
     return _measure_singly(search, near, None, not_in_one_course)
 
 
-def measure_change(model: CameraModel, gray: Pixels, field: Field, region: Region, observations: Observations,
-                   ) -> LineMeasurements | None:
+def measure_change(
+    model: CameraModel,
+    gray: Pixels,
+    field: Field,
+    region: Region,
+    observations: Observations,
+) -> LineMeasurements | None:
     """Measure how far the lines lie from where they were observed, off_px and off_mm; None where that is not known.
 
     observations: on carpet; without their outliers.
     """
     size = ImageSize(gray.shape[1], gray.shape[0])
     then = ObservedLines.of(model, field, region, observations, size, MAX_PLACES)
-    return None if then is None else _measure_all(_Search(model, gray, region, size, then.features, then.names,
-                                                          then.samples, MIN_OBSERVED_POINTS, is_since=True))
+    return (
+        None
+        if then is None
+        else _measure_all(
+            _Search(
+                model,
+                gray,
+                region,
+                size,
+                then.features,
+                then.names,
+                then.samples,
+                MIN_OBSERVED_POINTS,
+                is_since=True,
+            )
+        )
+    )
 
 
 def _measure_all(search: "_Search") -> LineMeasurements:
@@ -180,8 +222,12 @@ def _measure_all(search: "_Search") -> LineMeasurements:
     return _measure_singly(search, best, best_motion, lambda found: np.flatnonzero(found.missing))
 
 
-def _measure_singly(search: "_Search", best: LineMeasurements, motion: OffsetField | None,
-                    unfound: Callable[[LineMeasurements], Indices]) -> LineMeasurements:
+def _measure_singly(
+    search: "_Search",
+    best: LineMeasurements,
+    motion: OffsetField | None,
+    unfound: Callable[[LineMeasurements], Indices],
+) -> LineMeasurements:
     """Look for single markings further and further off. unfound: the numbers of those that are still looked for."""
     for distance_px in SINGLE_SEARCH_PX:
         numbers = unfound(best)
@@ -197,8 +243,14 @@ def _fit_motion(measured: LineMeasurements) -> OffsetField | None:
     of = measured.found
     if of.sum() < MIN_MOTION_POINTS:
         return None
-    return fit_offset_field(OffsetMeasurements.of_lines(measured.expected_px[of], measured.normal_px[of],
-                                                        np.zeros(int(of.sum())), measured.off_px[of]))
+    return fit_offset_field(
+        OffsetMeasurements.of_lines(
+            measured.expected_px[of],
+            measured.normal_px[of],
+            np.zeros(int(of.sum())),
+            measured.off_px[of],
+        )
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,12 +274,28 @@ class _Search:
     def of_markings(cls, model: CameraModel, gray: Pixels, field: Field, region: Region) -> Self:
         """For the field's markings where the model has them."""
         size, pattern = ImageSize(gray.shape[1], gray.shape[0]), fine_pattern(field)
-        samples = partial(expected_lines, model, pattern, size, MAX_PLACES, MIN_APART_PX, region=region)
+        samples = partial(
+            expected_lines, model, pattern, size, MAX_PLACES, MIN_APART_PX, region=region
+        )
         names = tuple(marking.name for marking in pattern.markings)
-        return cls(model, gray, region, size, pattern.markings, names, samples, MIN_MARKING_POINTS, is_since=False)
+        return cls(
+            model,
+            gray,
+            region,
+            size,
+            pattern.markings,
+            names,
+            samples,
+            MIN_MARKING_POINTS,
+            is_since=False,
+        )
 
-    def measure(self, motion: OffsetField | None, distance_px: float, only: Indices | None = None,
-                ) -> LineMeasurements:
+    def measure(
+        self,
+        motion: OffsetField | None,
+        distance_px: float,
+        only: Indices | None = None,
+    ) -> LineMeasurements:
         """Measure lines within distance_px of where they are expected, after a motion of the whole picture.
 
         only: of these markings, by number.
@@ -254,7 +322,9 @@ class _Search:
             of = at.marking == number
             # Of a short line, a few places that agree may be a robot's edge.
             is_short = of.sum() < SHORT_PLACES
-            min_points = max(self.min_points, MIN_SHORT_SHARE * of.sum()) if is_short else self.min_points
+            min_points = (
+                max(self.min_points, MIN_SHORT_SHARE * of.sum()) if is_short else self.min_points
+            )
             if (hits & of).sum() < min_points:
                 hits = hits & ~of
         return hits
@@ -265,7 +335,9 @@ class _Search:
         away = np.arange(-reach.max(initial=1.0), reach.max(initial=1.0) + STEP_PX / 2, STEP_PX)
         rows = brightness_across(self.gray, places, at.normals, away)
         rows = np.where(np.abs(away) <= reach[:, None], rows, np.nan)
-        return inside_picture(places, self.size, IMAGE_MARGIN_PX) & (np.nanstd(rows, axis=1) < max_spread)
+        return inside_picture(places, self.size, IMAGE_MARGIN_PX) & (
+            np.nanstd(rows, axis=1) < max_spread
+        )
 
     def _measurements(self, at: LineSamples, raw: Points, bare: Mask) -> LineMeasurements:
         """Return how far the lines at raw (n, 2) px, NaN where not found, lie from their places, px and mm."""
@@ -275,12 +347,25 @@ class _Search:
         for number, marking in enumerate(self.features):
             of = at.marking == number
             foot[of] = expected[of] if self.is_since else marking.nearest(on_carpet[of])
-            normal[of] = marking.normals(marking.nearest(expected[of]) if self.is_since else expected[of])
+            normal[of] = marking.normals(
+                marking.nearest(expected[of]) if self.is_since else expected[of]
+            )
         off_mm = np.sum((on_carpet - foot) * normal, axis=1)
         off_px = np.sum((raw - at.places) * at.normals, axis=1)
-        return LineMeasurements(self.names, at.marking[clear], at.places[clear], at.normals[clear], raw[clear],
-                                off_px[clear], foot[clear], normal[clear], off_mm[clear], at.length_px[clear],
-                                bare[clear], self._inside(expected[clear]))
+        return LineMeasurements(
+            self.names,
+            at.marking[clear],
+            at.places[clear],
+            at.normals[clear],
+            raw[clear],
+            off_px[clear],
+            foot[clear],
+            normal[clear],
+            off_mm[clear],
+            at.length_px[clear],
+            bare[clear],
+            self._inside(expected[clear]),
+        )
 
     def _inside(self, places: Points) -> Mask:
         """Return (n,) whether places (n, 2) mm are inside the region's borders, and not on them."""
@@ -312,9 +397,20 @@ def line_deviations(measured: LineMeasurements) -> list[LineDeviation]:
         if not of.any():
             continue
         hits = of & measured.found
-        share = float(measured.stands_for_px[hits].sum() / max(measured.stands_for_px[of].sum(), 1e-9))
+        share = float(
+            measured.stands_for_px[hits].sum() / max(measured.stands_for_px[of].sum(), 1e-9)
+        )
         mm, px = measured.off_mm[hits], measured.off_px[hits]
-        deviations.append({"feature": name, "places": int(of.sum()), "found": int(hits.sum()), "found_share": share,
-                           "mean_mm": float(mm.mean()) if len(mm) else None, "rms_mm": rms(mm),
-                           "worst_mm": float(np.abs(mm).max()) if len(mm) else None, "rms_px": rms(px)})
+        deviations.append(
+            {
+                "feature": name,
+                "places": int(of.sum()),
+                "found": int(hits.sum()),
+                "found_share": share,
+                "mean_mm": float(mm.mean()) if len(mm) else None,
+                "rms_mm": rms(mm),
+                "worst_mm": float(np.abs(mm).max()) if len(mm) else None,
+                "rms_px": rms(px),
+            }
+        )
     return deviations

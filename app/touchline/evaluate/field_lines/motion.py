@@ -18,7 +18,13 @@ from touchline.core.geometry import Array, ImageSize, Mask, Pixels, inside_pictu
 from touchline.evaluate.field_lines.expected import expected_lines, lines_in
 from touchline.evaluate.field_lines.orientation import OrientationReference
 from touchline.fitting.field_pattern import LineSamples, fine_pattern
-from touchline.fitting.image_motion import ImageMotion, MotionField, MotionSize, RegionSamples, estimate_motion
+from touchline.fitting.image_motion import (
+    ImageMotion,
+    MotionField,
+    MotionSize,
+    RegionSamples,
+    estimate_motion,
+)
 from touchline.models import CameraModel
 from touchline.vision.patches import LinePatches, LineShifts
 from touchline.vision.profiles import brightness_across
@@ -116,12 +122,19 @@ class LineReference:
     orientation: OrientationReference
 
     @classmethod
-    def of(cls, pictures: list[Pixels], model: CameraModel, field: Field, region: Region,
-           ) -> "LineReference | None":
+    def of(
+        cls,
+        pictures: list[Pixels],
+        model: CameraModel,
+        field: Field,
+        region: Region,
+    ) -> "LineReference | None":
         """Make it from one picture or several of the same scene; None where too few lines are where expected."""
         size = ImageSize(pictures[0].shape[1], pictures[0].shape[0])
         flow = MotionField(model, (size.width, size.height))
-        x, y = np.meshgrid(np.linspace(*region.x_mm, REGION_GRID[0]), np.linspace(*region.y_mm, REGION_GRID[1]))
+        x, y = np.meshgrid(
+            np.linspace(*region.x_mm, REGION_GRID[0]), np.linspace(*region.y_mm, REGION_GRID[1])
+        )
         samples = RegionSamples.of(flow, np.stack([x.ravel(), y.ravel()], axis=-1))
         lines = _find_lines(with_bright_lines(pictures[0]), model, field, size)
         if samples is None or not len(lines.places):
@@ -131,11 +144,24 @@ class LineReference:
         good = np.isfinite(shifts_by_q).all(axis=(1, 2)) & (patches.contrast > MIN_CONTRAST)
         if good.sum() < MIN_PLACES:
             return None
-        patches = LinePatches(patches.places[good], patches.normals[good], patches.away, patches.rows[good],
-                              patches.weight[good], patches.contrast[good])
+        patches = LinePatches(
+            patches.places[good],
+            patches.normals[good],
+            patches.away,
+            patches.rows[good],
+            patches.weight[good],
+            patches.contrast[good],
+        )
         across = np.einsum("ni,nik->nk", patches.normals, shifts_by_q[good])
-        return cls(patches, across, samples, float(patches.rows.mean()), _thumbnail(pictures[0]), size,
-                   OrientationReference.of(pictures[0], model, region))
+        return cls(
+            patches,
+            across,
+            samples,
+            float(patches.rows.mean()),
+            _thumbnail(pictures[0]),
+            size,
+            OrientationReference.of(pictures[0], model, region),
+        )
 
     def look(self, picture: Pixels, before: MotionSample | None = None) -> MotionSample:
         """Measure where the lines are now. before: the sample of the last look.
@@ -191,16 +217,20 @@ class LineReference:
         rows = self.patches.seen_now(picture, np.nan_to_num(shifts))
         return _View(q, rows, self.patches.offsets(rows, softer_px))
 
-    def _measure(self, picture: Pixels, view: "_View",
-                 ) -> tuple[MotionSample | None, tuple[float, float]]:
+    def _measure(
+        self,
+        picture: Pixels,
+        view: "_View",
+    ) -> tuple[MotionSample | None, tuple[float, float]]:
         """Return the sample, None where too few places agree, and the share that agrees of lines either way."""
         for _ in range(MAX_STEPS):
             found = view.offsets.seen
             if view.count < self.min_seen:
                 return None, (0.0, 0.0)
             softer_px = self.patches.softness(view.rows, found)
-            motion = estimate_motion(self.across[found], view.offsets.px[found],
-                                     view.offsets.sigma_px[found]).compose(view.q)
+            motion = estimate_motion(
+                self.across[found], view.offsets.px[found], view.offsets.sigma_px[found]
+            ).compose(view.q)
             if not self._is_motion(motion.q - view.q):
                 break
             view = self._view(picture, motion.q, softer_px)
@@ -210,15 +240,19 @@ class LineReference:
         kind: Kind = "soft" if abs(softer_px) >= MIN_SOFTER_PX else "seen"
         agreeing = found.copy()
         agreeing[found] = motion.agreeing
-        sample = MotionSample(kind, count, self.samples.measure(motion), motion, motion.sure, softer_px)
+        sample = MotionSample(
+            kind, count, self.samples.measure(motion), motion, motion.sure, softer_px
+        )
         return sample, self._shares_by_way(agreeing)
 
     def _shares_by_way(self, places: Mask) -> tuple[float, float]:
         """Return the share of these places of lines that run up and down the picture, and of those across it."""
         is_upright = np.abs(self.patches.normals[:, 0]) > np.abs(self.patches.normals[:, 1])
         of_all = float(places.mean())
-        upright, level = (float(places[way].mean()) if way.sum() >= MIN_PLACES_ONE_WAY else of_all
-                          for way in (is_upright, ~is_upright))
+        upright, level = (
+            float(places[way].mean()) if way.sum() >= MIN_PLACES_ONE_WAY else of_all
+            for way in (is_upright, ~is_upright)
+        )
         return upright, level
 
     def _unmeasured(self, picture: Pixels, view: "_View") -> MotionSample:
@@ -253,7 +287,9 @@ class _View:
 
 def _find_lines(gray: Pixels, model: CameraModel, field: Field, size: ImageSize) -> LineSamples:
     """Find the lines that are seen near where the model expects them."""
-    expected = expected_lines(model, fine_pattern(field), size, MAX_PLACES, MIN_APART_PX, MIN_CLEAR_PX)
+    expected = expected_lines(
+        model, fine_pattern(field), size, MAX_PLACES, MIN_APART_PX, MIN_CLEAR_PX
+    )
     reach_px = float(np.clip(MAX_MODEL_ERROR * size.width, *MODEL_ERROR_PX))
     lines, _ = lines_in(gray, expected.of(expected.clear), reach_px)
     margin_px = lines.width_px / 2 + MIN_CLEAR_PX
@@ -274,8 +310,13 @@ def find_motion(patches: LinePatches, across: Array, picture: Pixels) -> Array |
     """
     reach = int(np.clip(SEARCH_SHARE * picture.shape[1], MIN_SEARCH_PX, MAX_SEARCH_PX))
     likeness = _likeness(patches, picture, reach)
-    best_nearby = np.max([np.roll(likeness, by, axis=1)
-                          for by in range(-MAX_DISAGREEMENT_PX, MAX_DISAGREEMENT_PX + 1)], axis=0)
+    best_nearby = np.max(
+        [
+            np.roll(likeness, by, axis=1)
+            for by in range(-MAX_DISAGREEMENT_PX, MAX_DISAGREEMENT_PX + 1)
+        ],
+        axis=0,
+    )
     steps = np.arange(-reach, reach + 1, SHIFT_STEP_PX)
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)  # (m, 2) px
     off = np.rint(shifts @ patches.normals.T).astype(int)  # (m, n)
@@ -290,7 +331,9 @@ def find_motion(patches: LinePatches, across: Array, picture: Pixels) -> Array |
     if found.sum() < MIN_PLACES_FOUND:
         return None
     own_off = distances[near_shift.argmax(axis=1)].astype(float)
-    return estimate_motion(across[found], own_off[found], np.full(int(found.sum()), SEARCH_SIGMA_PX)).q
+    return estimate_motion(
+        across[found], own_off[found], np.full(int(found.sum()), SEARCH_SIGMA_PX)
+    ).q
 
 
 def _likeness(patches: LinePatches, picture: Pixels, reach: int) -> Array:
@@ -309,7 +352,7 @@ def _likeness(patches: LinePatches, picture: Pixels, reach: int) -> Array:
     windows = np.lib.stride_tricks.sliding_window_view(now, then.shape[1], axis=1)
     total = weight.sum(axis=1)
     mean = np.einsum("nsk,nk->ns", windows, weight) / total[:, None]
-    then = (then - (then * weight).sum(axis=1, keepdims=True) / total[:, None])
+    then = then - (then * weight).sum(axis=1, keepdims=True) / total[:, None]
     product = np.einsum("nsk,nk->ns", windows, then * weight)
     square_now = np.einsum("nsk,nsk,nk->ns", windows, windows, weight) - mean**2 * total[:, None]
     square_then = np.sum(then**2 * weight, axis=1)[:, None]

@@ -36,14 +36,27 @@ BEYOND_IMAGE_PX = -1e4  # where a place is that the model does not reach
 Way = Literal["turned", "mirrored"]
 State = Literal["confirmed", "contradicted", "unknown"]
 SENTENCES: dict[Way, Sentence] = {
-    "turned": say("orientation.turned", "The image is turned by 180° against the calibration image: the lines match, "
-                                        "but what is between and around them is on the other side."),
-    "mirrored": say("orientation.mirrored", "The image is mirrored against the calibration image: the lines match, "
-                                            "but what is between and around them is on the other side.")}
-FIX = say("orientation.fix", "Turn the camera back, or switch off the mirroring. If it is to stay like this, calibrate "
-                             "it again from the current image.")
+    "turned": say(
+        "orientation.turned",
+        "The image is turned by 180° against the calibration image: the lines match, "
+        "but what is between and around them is on the other side.",
+    ),
+    "mirrored": say(
+        "orientation.mirrored",
+        "The image is mirrored against the calibration image: the lines match, "
+        "but what is between and around them is on the other side.",
+    ),
+}
+FIX = say(
+    "orientation.fix",
+    "Turn the camera back, or switch off the mirroring. If it is to stay like this, calibrate "
+    "it again from the current image.",
+)
 FLIPS: dict[str, tuple[Way, tuple[int, int]]] = {
-    "turned": ("turned", (-1, -1)), "along-x": ("mirrored", (-1, 1)), "along-y": ("mirrored", (1, -1))}
+    "turned": ("turned", (-1, -1)),
+    "along-x": ("mirrored", (-1, 1)),
+    "along-y": ("mirrored", (1, -1)),
+}
 
 
 class Orientation(NamedTuple):
@@ -69,16 +82,22 @@ class OrientationReference:
         """Sample a picture (h, w[, 3]) of that camera over the region and its surroundings."""
         (x0, x1), (y0, y1) = region.x_mm, region.y_mm
         factor = 1 + 2 * SURROUNDINGS
-        x, y = ((a + b) / 2 + (b - a) / 2 * factor * np.linspace(-1, 1, count)
-                for a, b, count in ((x0, x1, COLUMNS), (y0, y1, ROWS)))
+        x, y = (
+            (a + b) / 2 + (b - a) / 2 * factor * np.linspace(-1, 1, count)
+            for a, b, count in ((x0, x1, COLUMNS), (y0, y1, ROWS))
+        )
         places = np.stack(np.meshgrid(x, y), axis=-1)
         return cls(places, _levels(picture, model, places))
 
     def compare(self, picture: Pixels, model: CameraModel) -> Orientation:
         """Compare a picture (h, w[, 3]) of the same camera, as seen by its model now."""
         now = _levels(picture, model, self.places)
-        likeness = {name: found for name, (_, signs) in FLIPS.items()
-                    if (found := _likeness(_asymmetric(self.levels, signs), _asymmetric(now, signs))) is not None}
+        likeness = {
+            name: found
+            for name, (_, signs) in FLIPS.items()
+            if (found := _likeness(_asymmetric(self.levels, signs), _asymmetric(now, signs)))
+            is not None
+        }
         worst = min(likeness, key=lambda name: likeness[name], default=None)
         if worst is not None and likeness[worst] < MAX_OPPOSITE:
             return Orientation("contradicted", FLIPS[worst][0], likeness)
@@ -92,18 +111,25 @@ def _levels(picture: Pixels, model: CameraModel, places: Points) -> Array:
     scale = gray.shape[1] / picture.shape[1]
     at = ((raw_from_field(model, places) + 0.5) * scale - 0.5).astype(np.float32)
     at = np.where(np.isfinite(at), at, BEYOND_IMAGE_PX)
-    levels = cv2.remap(gray, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
-                       borderValue=float("nan"))
+    levels = cv2.remap(
+        gray,
+        at[..., 0],
+        at[..., 1],
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=float("nan"),
+    )
     known = np.isfinite(levels).astype(np.float32)
     # The mean of the known places about each one: blurred levels over blurred ones and noughts.
     light = cv2.GaussianBlur(np.nan_to_num(levels), (0, 0), LIGHT_SIGMA) / np.maximum(
-        cv2.GaussianBlur(known, (0, 0), LIGHT_SIGMA), 1e-3)
+        cv2.GaussianBlur(known, (0, 0), LIGHT_SIGMA), 1e-3
+    )
     return np.where(known > 0, levels - light, np.nan).astype(np.float64)
 
 
 def _asymmetric(levels: Array, signs: tuple[int, int]) -> Array:
     """Return A I: what remains of levels without their turned or mirrored self. signs: steps along x and y."""
-    return levels - levels[::signs[1], ::signs[0]]
+    return levels - levels[:: signs[1], :: signs[0]]
 
 
 def _likeness(then: Array, now: Array) -> float | None:
@@ -118,4 +144,4 @@ def _likeness(then: Array, now: Array) -> float | None:
             return None
         clipped.append(np.clip(levels / spread, -MAX_SPREADS, MAX_SPREADS))
     one, other = clipped
-    return float(np.sum(one * other) / np.sqrt(np.sum(one ** 2) * np.sum(other ** 2)))
+    return float(np.sum(one * other) / np.sqrt(np.sum(one**2) * np.sum(other**2)))

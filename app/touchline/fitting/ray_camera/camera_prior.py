@@ -27,7 +27,13 @@ from touchline.core.sentences import marking_name
 from touchline.core.statements import say
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.fitting.ray_camera.problem import ScalarPrior
-from touchline.fitting.ray_camera.search import NEAR, RayFitProblem, RayFitResult, minimum_near, solve
+from touchline.fitting.ray_camera.search import (
+    NEAR,
+    RayFitProblem,
+    RayFitResult,
+    minimum_near,
+    solve,
+)
 from touchline.models.lenses import Lens
 
 CENTRE_SHARE = 0.012  # σ of the principal point about the picture's middle, of the picture's width
@@ -60,8 +66,15 @@ def usual_height_mm(field: Field) -> float:
     return 1900.0 + 0.35 * field.length_mm
 
 
-def camera_priors(lens: type[Lens], terms: tuple[str, ...], settings: Mapping[str, Any], field: Field,
-                  image_size: ImageSize, focal_px: float, known: tuple[str, ...] = ()) -> tuple[ScalarPrior, ...]:
+def camera_priors(
+    lens: type[Lens],
+    terms: tuple[str, ...],
+    settings: Mapping[str, Any],
+    field: Field,
+    image_size: ImageSize,
+    focal_px: float,
+    known: tuple[str, ...] = (),
+) -> tuple[ScalarPrior, ...]:
     """Return the priors of a lens's parameters. known: those that the options tell otherwise."""
     # the tangent of the angle off the axis in the corner, or as far out as fields are seen
     corner = min(float(np.hypot(*image_size)) / 2 / focal_px, MAX_TANGENT)
@@ -70,54 +83,96 @@ def camera_priors(lens: type[Lens], terms: tuple[str, ...], settings: Mapping[st
         priors.append(ScalarPrior("aspect", 1.0, settings["aspect_sigma"]))
     sigma_px = centre_sigma_px(settings, image_size)
     if sigma_px > 0:
-        priors += [ScalarPrior(name, c, sigma_px) for name, c in zip(("centre_x", "centre_y"), image_size.centre,
-                                                                     strict=True)]
+        priors += [
+            ScalarPrior(name, c, sigma_px)
+            for name, c in zip(("centre_x", "centre_y"), image_size.centre, strict=True)
+        ]
     for name in terms:
         power = lens.power(name)
         priors.append(ScalarPrior(name, 0.0, TERM_SIGMAS[power] / corner**power))
     if settings["height_mm"]:
-        priors.append(ScalarPrior("height", settings["height_mm"]["value"], settings["height_mm"]["sigma"]))
+        priors.append(
+            ScalarPrior("height", settings["height_mm"]["value"], settings["height_mm"]["sigma"])
+        )
     else:
-        priors.append(ScalarPrior("log_height", float(np.log(usual_height_mm(field))), HEIGHT_SIGMA))
+        priors.append(
+            ScalarPrior("log_height", float(np.log(usual_height_mm(field))), HEIGHT_SIGMA)
+        )
     return tuple(p for p in priors if p.name not in known)
 
 
-def unusual_camera_warnings(state: RayCameraParameters, priors: Sequence[ScalarPrior], image_size: ImageSize,
-                            field: Field) -> list[Warning]:
+def unusual_camera_warnings(
+    state: RayCameraParameters, priors: Sequence[ScalarPrior], image_size: ImageSize, field: Field
+) -> list[Warning]:
     """Warn of each unknown that ended where hardly a camera's is: ABSURD_SIGMAS or more from its prior."""
     values = {**state.values(), "log_height": float(np.log(max(state.position_mm[2], 1.0)))}
     away = {p.name: (values[p.name] - p.value) / p.sigma for p in priors if p.name in values}
     warnings = []
     if abs(away.get("log_height", 0.0)) > ABSURD_SIGMAS:
-        warnings.append(Warning(
-            "unusual-height",
-            say("warning.unusual-height", "The fitted camera height is {m:.1f} m; about {typical_m:.1f} m is typical "
-                "for this field.", m=state.position_mm[2] / 1000, typical_m=usual_height_mm(field) / 1000),
-            say("warning.unusual-height.fix",
-                "Check the field type and the covered area, or measure and enter the camera height.")))
+        warnings.append(
+            Warning(
+                "unusual-height",
+                say(
+                    "warning.unusual-height",
+                    "The fitted camera height is {m:.1f} m; about {typical_m:.1f} m is typical "
+                    "for this field.",
+                    m=state.position_mm[2] / 1000,
+                    typical_m=usual_height_mm(field) / 1000,
+                ),
+                say(
+                    "warning.unusual-height.fix",
+                    "Check the field type and the covered area, or measure and enter the camera height.",
+                ),
+            )
+        )
     if abs(away.get("log_focal", 0.0)) > ABSURD_SIGMAS:
         angle = 2 * np.degrees(np.arctan(image_size.width / 2 / np.exp(state.log_focal)))
-        warnings.append(Warning(
-            "unusual-focal-length",
-            say("warning.unusual-focal-length", "The fitted lens covers {deg:.0f}° across the image; 40° to 90° is "
-                "typical.", deg=angle),
-            say("warning.unusual-focal-length.fix",
-                "Check the field type and the covered area, or calibrate the lens with a board.")))
+        warnings.append(
+            Warning(
+                "unusual-focal-length",
+                say(
+                    "warning.unusual-focal-length",
+                    "The fitted lens covers {deg:.0f}° across the image; 40° to 90° is typical.",
+                    deg=angle,
+                ),
+                say(
+                    "warning.unusual-focal-length.fix",
+                    "Check the field type and the covered area, or calibrate the lens with a board.",
+                ),
+            )
+        )
     off_px = float(np.hypot(*(state.centre_px - np.array(image_size.centre))))
     if np.hypot(away.get("centre_x", 0.0), away.get("centre_y", 0.0)) > ABSURD_SIGMAS:
-        warnings.append(Warning(
-            "unusual-principal-point",
-            say("warning.unusual-principal-point", "The fitted principal point is {px:.0f} px from the image centre.",
-                px=off_px),
-            say("warning.unusual-principal-point.fix", "If the image was cropped, set centre_sigma_px to the size of "
-                "the cut. Otherwise check the line of each point.")))
+        warnings.append(
+            Warning(
+                "unusual-principal-point",
+                say(
+                    "warning.unusual-principal-point",
+                    "The fitted principal point is {px:.0f} px from the image centre.",
+                    px=off_px,
+                ),
+                say(
+                    "warning.unusual-principal-point.fix",
+                    "If the image was cropped, set centre_sigma_px to the size of "
+                    "the cut. Otherwise check the line of each point.",
+                ),
+            )
+        )
     if abs(away.get("aspect", 0.0)) > ABSURD_SIGMAS:
-        warnings.append(Warning(
-            "unusual-aspect",
-            say("warning.unusual-aspect", "The fitted pixels are {times:.3f} times as high as wide.",
-                times=state.aspect),
-            say("warning.unusual-aspect.fix",
-                "If the image was stretched, increase aspect_sigma. Otherwise check the field size.")))
+        warnings.append(
+            Warning(
+                "unusual-aspect",
+                say(
+                    "warning.unusual-aspect",
+                    "The fitted pixels are {times:.3f} times as high as wide.",
+                    times=state.aspect,
+                ),
+                say(
+                    "warning.unusual-aspect.fix",
+                    "If the image was stretched, increase aspect_sigma. Otherwise check the field size.",
+                ),
+            )
+        )
     return warnings
 
 
@@ -127,15 +182,34 @@ def misplaced_line_warnings(offsets_mm: Mapping[str, float], usual_mm: float) ->
     offsets_mm: by marking, across it. usual_mm: σ of lines about their places. Points on such lines alone cannot say
     that it is not the lens; σ of the lines grows until they are allowed, and what they tell is told as poor.
     """
-    far = sorted(((abs(mm), name) for name, mm in offsets_mm.items() if abs(mm) > MISPLACED_SIGMAS * usual_mm),
-                 reverse=True)
+    far = sorted(
+        (
+            (abs(mm), name)
+            for name, mm in offsets_mm.items()
+            if abs(mm) > MISPLACED_SIGMAS * usual_mm
+        ),
+        reverse=True,
+    )
     if not far:
         return []
-    named = [say("line-by", "{line} by {mm:.0f} mm", line=marking_name(name), mm=mm) for mm, name in far[:NAMED_LINES]]
-    return [Warning("misplaced-lines", say(
-        "warning.misplaced-lines", "Lines in the image are not where the field model has them: {lines}.", lines=named),
-        say("warning.misplaced-lines.fix",
-            "Check the field type. If it is correct, measure these lines and correct the field."))]
+    named = [
+        say("line-by", "{line} by {mm:.0f} mm", line=marking_name(name), mm=mm)
+        for mm, name in far[:NAMED_LINES]
+    ]
+    return [
+        Warning(
+            "misplaced-lines",
+            say(
+                "warning.misplaced-lines",
+                "Lines in the image are not where the field model has them: {lines}.",
+                lines=named,
+            ),
+            say(
+                "warning.misplaced-lines.fix",
+                "Check the field type. If it is correct, measure these lines and correct the field.",
+            ),
+        )
+    ]
 
 
 def centre_sigma_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:
@@ -177,11 +251,24 @@ class HeightCheck:
             return []
         told = (self.told["points_mm"], self.told["points_sigma_mm"], self.told["entered_mm"])
         points_m, sigma_m, entered_m = ((mm or 0.0) / 1000 for mm in told)
-        return [Warning("height-contradicted", say(
-            "warning.height-contradicted", "The points give a camera height of {points_m:.2f} ± {sigma_m:.2f} m; "
-            "{entered_m:.2f} m was entered.", points_m=points_m, sigma_m=sigma_m, entered_m=entered_m), say(
-            "warning.height-contradicted.fix", "Measure the height again, from the carpet to the lens. If it is "
-            "correct, check the field size and the lens. Otherwise remove it, so that the points determine it."))]
+        return [
+            Warning(
+                "height-contradicted",
+                say(
+                    "warning.height-contradicted",
+                    "The points give a camera height of {points_m:.2f} ± {sigma_m:.2f} m; "
+                    "{entered_m:.2f} m was entered.",
+                    points_m=points_m,
+                    sigma_m=sigma_m,
+                    entered_m=entered_m,
+                ),
+                say(
+                    "warning.height-contradicted.fix",
+                    "Measure the height again, from the carpet to the lens. If it is "
+                    "correct, check the field size and the lens. Otherwise remove it, so that the points determine it.",
+                ),
+            )
+        ]
 
 
 def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]) -> HeightCheck:
@@ -189,10 +276,24 @@ def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]
     entered = next((p for p in task.priors if p.name == "height"), None)
     if entered is None:
         height, sigma = _height(found)
-        return HeightCheck(HeightJson(entered_mm=None, entered_sigma_mm=None, points_mm=height, points_sigma_mm=sigma,
-                                      sigmas=None, state="estimated"))
-    told = HeightJson(entered_mm=entered.value, entered_sigma_mm=entered.sigma, points_mm=None, points_sigma_mm=None,
-                      sigmas=None, state="not-checked")
+        return HeightCheck(
+            HeightJson(
+                entered_mm=None,
+                entered_sigma_mm=None,
+                points_mm=height,
+                points_sigma_mm=sigma,
+                sigmas=None,
+                state="estimated",
+            )
+        )
+    told = HeightJson(
+        entered_mm=entered.value,
+        entered_sigma_mm=entered.sigma,
+        points_mm=None,
+        points_sigma_mm=None,
+        sigmas=None,
+        state="not-checked",
+    )
     # so wide that it only keeps the search in sight
     anywhere = ScalarPrior("log_height", float(np.log(entered.value)), HEIGHT_SIGMA)
     try:
@@ -202,10 +303,18 @@ def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]
         return HeightCheck(told)
     both = replace(alone.task, priors=(*alone.task.priors, entered))
     both.problem.places = np.empty(0)
-    taped = minimum_near(both, found.minimum.state, alone.sigma_px * float(np.sqrt(alone.correlation)), 0,
-                         tolerance=NEAR)
+    taped = minimum_near(
+        both,
+        found.minimum.state,
+        alone.sigma_px * float(np.sqrt(alone.correlation)),
+        0,
+        tolerance=NEAR,
+    )
     spread = float(np.hypot(sigma, entered.sigma))
-    sigmas = min(float(np.sqrt(max(taped.cost - alone.minimum.cost, 0.0))), abs(height - entered.value) / spread)
+    sigmas = min(
+        float(np.sqrt(max(taped.cost - alone.minimum.cost, 0.0))),
+        abs(height - entered.value) / spread,
+    )
     told |= {"points_mm": height, "points_sigma_mm": sigma, "sigmas": sigmas}
     if sigmas > CONTRADICTED_SIGMAS:
         told["state"] = "contradicted"
@@ -217,10 +326,14 @@ def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]
 def _height(found: Result) -> tuple[float, float]:
     """Return the height of a fit and its σ, mm."""
     column = found.free_names.index("height")
-    return float(found.minimum.state.position_mm[2]), float(np.sqrt(found.covariance[column, column]))
+    return float(found.minimum.state.position_mm[2]), float(
+        np.sqrt(found.covariance[column, column])
+    )
 
 
-def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:
+def residual_warnings(
+    rms_px: float, settings: Mapping[str, Any], image_size: ImageSize
+) -> list[Warning]:
     """Warn where the points without outliers lie further off, rms px, than they can have been marked.
 
     That is measured against what the options say of a click, or what clicks are like: σ as estimated from the points
@@ -229,19 +342,36 @@ def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: Im
     limit_px = _limit_px(settings, image_size)
     if rms_px <= limit_px:
         return []
-    return [Warning("residuals-too-large", say(
-        "warning.residuals-too-large", "The points are {px:.1f} px off; at most {limit_px:.1f} px is expected.",
-        px=rms_px, limit_px=limit_px), say(
-        "warning.residuals-too-large.fix", "If a lens was given, check that it is this camera's, at this focus and "
-        "zoom. Otherwise check the field type and the line of each point, or try another lens model."))]
+    return [
+        Warning(
+            "residuals-too-large",
+            say(
+                "warning.residuals-too-large",
+                "The points are {px:.1f} px off; at most {limit_px:.1f} px is expected.",
+                px=rms_px,
+                limit_px=limit_px,
+            ),
+            say(
+                "warning.residuals-too-large.fix",
+                "If a lens was given, check that it is this camera's, at this focus and "
+                "zoom. Otherwise check the field type and the line of each point, or try another lens model.",
+            ),
+        )
+    ]
 
 
 def _limit_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:
-    return max(TOO_LARGE * (settings["click_sigma_px"] or CLICK_SHARE * image_size.width), MIN_LIMIT_PX)
+    return max(
+        TOO_LARGE * (settings["click_sigma_px"] or CLICK_SHARE * image_size.width), MIN_LIMIT_PX
+    )
 
 
-def given_lens_warnings(own_task: RayFitProblem, found: RayFitResult[RayCameraParameters],
-                        settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:
+def given_lens_warnings(
+    own_task: RayFitProblem,
+    found: RayFitResult[RayCameraParameters],
+    settings: Mapping[str, Any],
+    image_size: ImageSize,
+) -> list[Warning]:
     """Warn where the points fit a lens of their own far better than the one that was given, and that not well.
 
     own_task: the same points, with the lens free. Above the limit of residual_warnings, that warns.
@@ -255,20 +385,38 @@ def given_lens_warnings(own_task: RayFitProblem, found: RayFitResult[RayCameraPa
         return []
     if found.rms_px <= ANOTHER_LENS * own.rms_px:
         return []
-    return [Warning("residuals-too-large", say(
-        "warning.given-lens", "The points are {px:.1f} px off with the given lens, and {own_px:.1f} px with a lens of "
-        "their own.", px=found.rms_px, own_px=own.rms_px), say(
-        "warning.given-lens.fix", "Check that the lens is this camera's, at this focus and zoom, or remove it."))]
+    return [
+        Warning(
+            "residuals-too-large",
+            say(
+                "warning.given-lens",
+                "The points are {px:.1f} px off with the given lens, and {own_px:.1f} px with a lens of "
+                "their own.",
+                px=found.rms_px,
+                own_px=own.rms_px,
+            ),
+            say(
+                "warning.given-lens.fix",
+                "Check that the lens is this camera's, at this focus and zoom, or remove it.",
+            ),
+        )
+    ]
 
 
-def without_square_pixels(task: RayFitProblem, found: RayFitResult[RayCameraParameters], settings: Mapping[str, Any],
-                          ) -> RayFitResult[RayCameraParameters] | None:
+def without_square_pixels(
+    task: RayFitProblem,
+    found: RayFitResult[RayCameraParameters],
+    settings: Mapping[str, Any],
+) -> RayFitResult[RayCameraParameters] | None:
     """Return what the points say where their pixels' aspect strains its prior and they may be stretched; else None.
 
     Held nearly square, height, tilt and lens bend to make up for it, and the covariance knows nothing of that.
     """
     prior = next((p for p in task.priors if p.name == "aspect"), None)
-    if prior is None or abs(found.minimum.state.aspect - prior.value) <= ABSURD_SIGMAS * prior.sigma:
+    if (
+        prior is None
+        or abs(found.minimum.state.aspect - prior.value) <= ABSURD_SIGMAS * prior.sigma
+    ):
         return None
     wide = ScalarPrior("aspect", prior.value, max(STRETCHED, prior.sigma))
     try:

@@ -50,12 +50,25 @@ class GaussianPrior:
     unit_px: float
 
     @classmethod
-    def of(cls, names: tuple[str, ...], values: Array, covariance: Array, lens: type[Lens], unit_px: float,
-           least: float = MIN_VARIANCE) -> Self:
+    def of(
+        cls,
+        names: tuple[str, ...],
+        values: Array,
+        covariance: Array,
+        lens: type[Lens],
+        unit_px: float,
+        least: float = MIN_VARIANCE,
+    ) -> Self:
         # unit diagonal first: focal lengths and k3 are known to very different digits
         scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         variances, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-        return cls(names, values, (vectors / np.sqrt(np.maximum(variances, least))).T / scale, lens, unit_px)
+        return cls(
+            names,
+            values,
+            (vectors / np.sqrt(np.maximum(variances, least))).T / scale,
+            lens,
+            unit_px,
+        )
 
     def residuals(self, found: Mapping[str, float]) -> Array:
         terms, _, _ = self._terms(found)
@@ -80,18 +93,26 @@ class GaussianPrior:
         return self.lens.at_scale(terms, float(np.log(self.unit_px) - found["log_focal"]))
 
 
-def refuse_other_camera(held: str, size: ImageSize, model: str, image_size: ImageSize, made: str) -> None:
+def refuse_other_camera(
+    held: str, size: ImageSize, model: str, image_size: ImageSize, made: str
+) -> None:
     """Raise BadInput where the held lens is of another model or of another picture size than the fit."""
     if held != model:
         raise _other_model(held, model)
     if size != image_size:
-        raise BadInput(f"The chosen lens is for images of {size}; this image has {image_size}.",
-                       f"Use a lens that was {made} at this size.", reason="bad-option")
+        raise BadInput(
+            f"The chosen lens is for images of {size}; this image has {image_size}.",
+            f"Use a lens that was {made} at this size.",
+            reason="bad-option",
+        )
 
 
 def _other_model(held: str, model: str) -> BadInput:
-    return BadInput(f"The chosen lens is {held}, but the model to fit is {model}.",
-                    f"Fit {held}, or use another lens.", reason="bad-option")
+    return BadInput(
+        f"The chosen lens is {held}, but the model to fit is {model}.",
+        f"Fit {held}, or use another lens.",
+        reason="bad-option",
+    )
 
 
 def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> Intrinsics | None:
@@ -108,39 +129,72 @@ def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) ->
         lens = camera_intrinsics(camera, given.get("covariance"))
     refuse_other_camera(lens.model, lens.image_size, model, image_size, "calibrated")
     if settings.get("lens_sigma") == "own" and not lens.estimated:
-        raise BadInput("The uncertainty of the lens is unknown: " + (
-            "that calibration used a fixed lens itself." if given.get("covariance") else "it has no covariance."),
+        raise BadInput(
+            "The uncertainty of the lens is unknown: "
+            + (
+                "that calibration used a fixed lens itself."
+                if given.get("covariance")
+                else "it has no covariance."
+            ),
             "Use a lens from a board, or from a calibration whose own points determined the lens, or fix the lens "
-            '(lens_sigma "0").', reason="lens-sigma-unknown")
+            '(lens_sigma "0").',
+            reason="lens-sigma-unknown",
+        )
     return lens
 
 
 def camera_intrinsics(camera: RayCamera, covariance: Mapping[str, Any] | None = None) -> Intrinsics:
     """Return a camera's lens without its pose. covariance: of its fit, {"names", "matrix"}, as a report has it."""
-    estimated, part = _lens_covariance(camera, covariance) if covariance is not None else ((), np.empty((0, 0)))
-    return Intrinsics(camera.NAME, camera.lens_terms, camera.focal_px, camera.aspect, camera.centre_px,
-                       camera.image_size, estimated, tuple(tuple(map(float, row)) for row in part))
+    estimated, part = (
+        _lens_covariance(camera, covariance) if covariance is not None else ((), np.empty((0, 0)))
+    )
+    return Intrinsics(
+        camera.NAME,
+        camera.lens_terms,
+        camera.focal_px,
+        camera.aspect,
+        camera.centre_px,
+        camera.image_size,
+        estimated,
+        tuple(tuple(map(float, row)) for row in part),
+    )
 
 
-def _lens_covariance(camera: RayCamera, covariance: Mapping[str, Any]) -> tuple[tuple[str, ...], Array]:
+def _lens_covariance(
+    camera: RayCamera, covariance: Mapping[str, Any]
+) -> tuple[tuple[str, ...], Array]:
     """Return names and part (k, k) of a fit's covariance that are the lens's own; BadInput for no covariance."""
     try:
         names, matrix = tuple(covariance["names"]), np.array(covariance["matrix"], float)
-        fine = matrix.shape == (len(names), len(names)) and np.isfinite(matrix).all() and len(set(names)) == len(names)
-        own = [i for i, name in enumerate(names) if name in (*PINHOLE_PARAMETERS, *camera.LENS.TERMS)]
+        fine = (
+            matrix.shape == (len(names), len(names))
+            and np.isfinite(matrix).all()
+            and len(set(names)) == len(names)
+        )
+        own = [
+            i for i, name in enumerate(names) if name in (*PINHOLE_PARAMETERS, *camera.LENS.TERMS)
+        ]
         part = (matrix[np.ix_(own, own)] + matrix[np.ix_(own, own)].T) / 2 if fine else None
         if part is None or (np.diag(part) < 0).any():
             raise ValueError
     except (KeyError, TypeError, ValueError, IndexError, OverflowError):
-        raise BadInput("The covariance of the lens is invalid.", "Send the JSON that Touchline exported.",
-                       reason="bad-parameters") from None
+        raise BadInput(
+            "The covariance of the lens is invalid.",
+            "Send the JSON that Touchline exported.",
+            reason="bad-parameters",
+        ) from None
     return tuple(names[i] for i in own), part
 
 
 def with_lens(state: RayCameraParameters, lens: Intrinsics) -> RayCameraParameters:
     """Return the state with that lens and the same pose."""
-    return replace(state, log_focal=float(np.log(lens.focal_px)), aspect=lens.aspect,
-                   centre_px=np.array(lens.centre_px), terms=np.array(lens.terms))
+    return replace(
+        state,
+        log_focal=float(np.log(lens.focal_px)),
+        aspect=lens.aspect,
+        centre_px=np.array(lens.centre_px),
+        terms=np.array(lens.terms),
+    )
 
 
 def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior | None:
@@ -157,9 +211,17 @@ def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior |
     covariance = by @ np.array(lens.covariance)[np.ix_(chosen, chosen)] @ by.T
     least = MIN_VARIANCE
     if "log_focal" in names:
-        least = max(least, BENDS_ALIKE * covariance[names.index("log_focal"), names.index("log_focal")])
-    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]), covariance, lens.lens,
-                            lens.focal_px, least)
+        least = max(
+            least, BENDS_ALIKE * covariance[names.index("log_focal"), names.index("log_focal")]
+        )
+    return GaussianPrior.of(
+        names,
+        np.array([lens.values[name] for name in names]),
+        covariance,
+        lens.lens,
+        lens.focal_px,
+        least,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +233,11 @@ class DistortionEstimate:
     covariance: Array
 
     def to_json(self) -> dict[str, Any]:
-        return {**self.distortion.to_json(), "names": list(self.names), "covariance": self.covariance.tolist()}
+        return {
+            **self.distortion.to_json(),
+            "names": list(self.names),
+            "covariance": self.covariance.tolist(),
+        }
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
@@ -180,13 +246,21 @@ class DistortionEstimate:
         try:
             names, covariance = tuple(value["names"]), np.array(value["covariance"], float)
             known = (*LINE_LENSES[bend.name][1], *CENTRE)
-            fine = (len(set(names)) == len(names) > 0 and set(names) <= set(known) and np.isfinite(covariance).all()
-                    and covariance.shape == (len(names), len(names)) and (np.diag(covariance) >= 0).all())
+            fine = (
+                len(set(names)) == len(names) > 0
+                and set(names) <= set(known)
+                and np.isfinite(covariance).all()
+                and covariance.shape == (len(names), len(names))
+                and (np.diag(covariance) >= 0).all()
+            )
             if not fine:
                 raise ValueError
         except (KeyError, TypeError, ValueError, OverflowError):
-            raise BadInput("The uncertainty of this lens from straight lines is unknown.",
-                           "Give a lens as POST /motion saves it.", reason="bad-lens") from None
+            raise BadInput(
+                "The uncertainty of this lens from straight lines is unknown.",
+                "Give a lens as POST /motion saves it.",
+                reason="bad-lens",
+            ) from None
         return cls(bend, names, (covariance + covariance.T) / 2)
 
     @property
@@ -194,28 +268,45 @@ class DistortionEstimate:
         return tuple(name for name in self.names if name not in CENTRE)
 
 
-def read_distortion(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> DistortionEstimate | None:
+def read_distortion(
+    model: str, settings: Mapping[str, Any], image_size: ImageSize
+) -> DistortionEstimate | None:
     """Read the lens from straight lines in the options, None for any other; BadInput if it is not this model's,
     or of another picture."""
     given = settings.get("lens")
     if given is None or "unit" not in given.get("lens", {}):
         return None
     lens = DistortionEstimate.from_json(given["lens"])
-    refuse_other_camera(lens.distortion.name, lens.distortion.image_size, model, image_size, "found")
+    refuse_other_camera(
+        lens.distortion.name, lens.distortion.image_size, model, image_size, "found"
+    )
     return lens
 
 
 def distortion_prior(lens: DistortionEstimate, settings: Mapping[str, Any]) -> GaussianPrior:
     """Return the prior of an estimate: fixed, or with its covariance."""
     own = dict(zip(lens.distortion.lens.TERMS, lens.distortion.terms, strict=True)) | dict(
-        zip(CENTRE, lens.distortion.centre_px, strict=True))
-    prior = GaussianPrior.of(lens.names, np.array([own[name] for name in lens.names]), lens.covariance,
-                             lens.distortion.lens, lens.distortion.unit_px)
-    return prior if settings.get("lens_sigma") == "own" else replace(prior, rows=prior.rows / FIXED_SIGMA)
+        zip(CENTRE, lens.distortion.centre_px, strict=True)
+    )
+    prior = GaussianPrior.of(
+        lens.names,
+        np.array([own[name] for name in lens.names]),
+        lens.covariance,
+        lens.distortion.lens,
+        lens.distortion.unit_px,
+    )
+    return (
+        prior
+        if settings.get("lens_sigma") == "own"
+        else replace(prior, rows=prior.rows / FIXED_SIGMA)
+    )
 
 
 def with_distortion(state: RayCameraParameters, lens: DistortionEstimate) -> RayCameraParameters:
     """Return the state with that distortion at its focal length."""
     estimate = lens.distortion.terms_for(float(np.exp(state.log_focal)))
-    return replace(state, terms=np.array([estimate.get(name, 0.0) for name in state.lens.TERMS]),
-                   centre_px=np.array(lens.distortion.centre_px))
+    return replace(
+        state,
+        terms=np.array([estimate.get(name, 0.0) for name in state.lens.TERMS]),
+        centre_px=np.array(lens.distortion.centre_px),
+    )

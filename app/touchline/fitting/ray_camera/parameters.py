@@ -28,22 +28,45 @@ class RayCameraParameters:
 
     @classmethod
     def of(cls, model: RayCamera, offsets_mm: Array = NO_LINES) -> Self:
-        return cls(model.LENS, float(np.log(model.focal_px)), model.aspect, np.array(model.centre_px),
-                   np.array(model.lens_terms, float), model.camera_from_field, np.array(model.position_mm),
-                   offsets_mm)
+        return cls(
+            model.LENS,
+            float(np.log(model.focal_px)),
+            model.aspect,
+            np.array(model.centre_px),
+            np.array(model.lens_terms, float),
+            model.camera_from_field,
+            np.array(model.position_mm),
+            offsets_mm,
+        )
 
     def parameters(self) -> dict[str, Any]:
         """Return the fields of a RayCamera that a fit finds."""
-        return {"lens_terms": tuple(map(float, self.terms)), "focal_px": float(np.exp(self.log_focal)),
-                "aspect": float(self.aspect), "centre_px": tuple(map(float, self.centre_px)),
-                "rotation": tuple(map(float, vector_from_matrix(self.camera_from_field))),
-                "position_mm": tuple(map(float, self.position_mm))}
+        return {
+            "lens_terms": tuple(map(float, self.terms)),
+            "focal_px": float(np.exp(self.log_focal)),
+            "aspect": float(self.aspect),
+            "centre_px": tuple(map(float, self.centre_px)),
+            "rotation": tuple(map(float, vector_from_matrix(self.camera_from_field))),
+            "position_mm": tuple(map(float, self.position_mm)),
+        }
 
     @property
     def names(self) -> tuple[str, ...]:
         """Return every parameter's name in order: what a free mask refers to."""
-        return ("log_focal", "aspect", "centre_x", "centre_y", *self.lens.TERMS, "turn_x", "turn_y", "turn_z", "x", "y",
-                "height", *(f"line_{i}" for i in range(len(self.offsets_mm))))
+        return (
+            "log_focal",
+            "aspect",
+            "centre_x",
+            "centre_y",
+            *self.lens.TERMS,
+            "turn_x",
+            "turn_y",
+            "turn_z",
+            "x",
+            "y",
+            "height",
+            *(f"line_{i}" for i in range(len(self.offsets_mm))),
+        )
 
     def with_only_terms(self, terms: tuple[str, ...]) -> Self:
         keep = np.array([name in terms for name in self.lens.TERMS], bool)
@@ -65,16 +88,23 @@ class RayCameraParameters:
         longer = min(max(float(full[0]), -1.0), 1.0)
         terms = self.lens.rescaled(self.terms, full[4:n], longer)
         return type(self)(
-            self.lens, log_focal=min(max(self.log_focal + longer, -5.0), 20.0),
-            aspect=min(max(self.aspect + float(full[1]), 0.5), 2.0), centre_px=self.centre_px + full[2:4],
+            self.lens,
+            log_focal=min(max(self.log_focal + longer, -5.0), 20.0),
+            aspect=min(max(self.aspect + float(full[1]), 0.5), 2.0),
+            centre_px=self.centre_px + full[2:4],
             terms=np.where(free[4:n], terms, self.terms),
-            camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
-            position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]),
-            offsets_mm=self.offsets_mm + full[n + 6:])
+            camera_from_field=matrix_from_vector(full[n : n + 3]) @ self.camera_from_field,
+            position_mm=self.position_mm + full[n + 3 : n + 6] * self._stretch(full[n + 5]),
+            offsets_mm=self.offsets_mm + full[n + 6 :],
+        )
 
     def _stretch(self, rise_mm: float) -> float:
         """Return (eˢ - 1) / s, s = rise / height: the whole shift is scaled by it, so that it keeps its direction."""
-        share = min(max(float(rise_mm / self.position_mm[2]), -1.0), 1.0) if self.position_mm[2] else 0.0
+        share = (
+            min(max(float(rise_mm / self.position_mm[2]), -1.0), 1.0)
+            if self.position_mm[2]
+            else 0.0
+        )
         return float(np.expm1(share) / share) if share else 1.0
 
     @property
@@ -84,14 +114,21 @@ class RayCameraParameters:
 
     def values(self) -> dict[str, float]:
         """Return the values by name of the parameters that may have a prior."""
-        return {"log_focal": self.log_focal, "aspect": self.aspect, "centre_x": self.centre_px[0],
-                "centre_y": self.centre_px[1], "height": self.position_mm[2],
-                **dict(zip(self.lens.TERMS, self.terms, strict=True)),
-                **{f"line_{i}": o for i, o in enumerate(self.offsets_mm)}}
+        return {
+            "log_focal": self.log_focal,
+            "aspect": self.aspect,
+            "centre_x": self.centre_px[0],
+            "centre_y": self.centre_px[1],
+            "height": self.position_mm[2],
+            **dict(zip(self.lens.TERMS, self.terms, strict=True)),
+            **{f"line_{i}": o for i, o in enumerate(self.offsets_mm)},
+        }
 
     def project(self, points: Array) -> Array:
         """Map field mm (n, 3) to raw px (n, 2)."""
-        plane = self.lens.distort(self.terms, (points - self.position_mm) @ self.camera_from_field.T)
+        plane = self.lens.distort(
+            self.terms, (points - self.position_mm) @ self.camera_from_field.T
+        )
         return plane * self._focal + self.centre_px
 
     def project_jacobian(self, points: Array) -> tuple[Array, Array, Array]:
@@ -108,14 +145,20 @@ class RayCameraParameters:
         by[:, :, 2:4] = np.eye(2)
         by[:, :, 4:n] = by_terms * focal[:, None]
         # a turn ω before the rotation moves the ray by ω × ray
-        by[:, :, n:n + 3] = by_ray @ cross_matrix(-rays)
-        by[:, :, n + 3:] = -by_point
+        by[:, :, n : n + 3] = by_ray @ cross_matrix(-rays)
+        by[:, :, n + 3 :] = -by_point
         return plane * focal + self.centre_px, by_point, by
 
     def unproject(self, pixels: Array, z_mm: Array) -> Array:
         """Map raw px (n, 2) to field mm (n, 2) at heights z_mm (n,), also behind the camera."""
-        rays = self.lens.undistort(self.terms, (pixels - self.centre_px) / self._focal) @ self.camera_from_field
-        return self.position_mm[:2] + rays[:, :2] * ((z_mm - self.position_mm[2]) / rays[:, 2])[:, None]
+        rays = (
+            self.lens.undistort(self.terms, (pixels - self.centre_px) / self._focal)
+            @ self.camera_from_field
+        )
+        return (
+            self.position_mm[:2]
+            + rays[:, :2] * ((z_mm - self.position_mm[2]) / rays[:, 2])[:, None]
+        )
 
     @property
     def _focal(self) -> Array:

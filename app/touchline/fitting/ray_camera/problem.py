@@ -45,8 +45,14 @@ PARTS = ("across", "tilt", "centre_x", "centre_y")
 TILT_SHARE = 0.4
 
 
-def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, prior_sigmas_mm: Array,
-                   usual_mm: float, kind: Mask) -> Array:
+def line_sigmas_mm(
+    jacobian: Array,
+    columns: Sequence[int],
+    offsets_mm: Array,
+    prior_sigmas_mm: Array,
+    usual_mm: float,
+    kind: Mask,
+) -> Array:
     """Return σ (n,) mm of each line's offset.
 
     jacobian: (rows, parameters) of whitened residuals at their minimum, with the offsets' priors in it; columns: those
@@ -59,8 +65,12 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
     scale[scale == 0] = 1.0
     information = (jacobian / scale).T @ (jacobian / scale)
     by_others = information[np.ix_(lines, others)]
-    schur = information[np.ix_(lines, lines)] - by_others @ np.linalg.pinv(
-        information[np.ix_(others, others)], rcond=1e-12, hermitian=True) @ by_others.T
+    schur = (
+        information[np.ix_(lines, lines)]
+        - by_others
+        @ np.linalg.pinv(information[np.ix_(others, others)], rcond=1e-12, hermitian=True)
+        @ by_others.T
+    )
     schur = schur * np.outer(scale[lines], scale[lines]) - np.diag(prior_sigmas_mm**-2.0)
     values, vectors = np.linalg.eigh((schur + schur.T) / 2)
     # rounding must not make information negative
@@ -71,8 +81,13 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
     weights, sigma = np.ones(len(lines)), np.full(len(lines), usual_mm)
     for _ in range(ROUNDS):
         for one in np.unique(kind):
-            sigma[kind == one] = _posterior_sigma(schur + np.diag(np.where(kind == one, 0.0, weights / sigma**2)), pull,
-                                                  weights, kind == one, usual_mm)
+            sigma[kind == one] = _posterior_sigma(
+                schur + np.diag(np.where(kind == one, 0.0, weights / sigma**2)),
+                pull,
+                weights,
+                kind == one,
+                usual_mm,
+            )
         posterior = np.linalg.inv(schur + np.diag(weights / sigma**2))
         # or it runs away
         second_moment = np.minimum((posterior @ pull) ** 2 + np.diag(posterior), MAX_OFFSET_MM**2)
@@ -80,20 +95,26 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
     return sigma * np.sqrt(SPREAD / weights)
 
 
-def _posterior_sigma(information: Array, pull: Array, weights: Array, own: Mask, usual_mm: float) -> float:
+def _posterior_sigma(
+    information: Array, pull: Array, weights: Array, own: Mask, usual_mm: float
+) -> float:
     """Return the σ that is shared by `own`. information: without what σ says of these, and with the others' precision.
 
     The others are eliminated. In the eigenvectors of what is left, scaled by the weights, each σ costs one sum.
     """
     others = ~own
-    by_others = np.linalg.solve(information[np.ix_(others, others)], information[np.ix_(others, own)]).T
+    by_others = np.linalg.solve(
+        information[np.ix_(others, others)], information[np.ix_(others, own)]
+    ).T
     left = information[np.ix_(own, own)] - by_others @ information[np.ix_(others, own)]
     root = np.sqrt(weights[own])
     values, vectors = np.linalg.eigh(left / np.outer(root, root))
     pulls = (pull[own] - by_others @ pull[others]) / root @ vectors
     total = np.maximum(values, 0.0) + SIGMAS_MM[:, None] ** -2
-    log_p = (0.5 * np.sum(pulls**2 / total - np.log(total * SIGMAS_MM[:, None] ** 2), axis=1)
-             - 0.5 * (np.log(SIGMAS_MM / usual_mm) / SIGMA_SPREAD + SIGMA_SPREAD) ** 2)
+    log_p = (
+        0.5 * np.sum(pulls**2 / total - np.log(total * SIGMAS_MM[:, None] ** 2), axis=1)
+        - 0.5 * (np.log(SIGMAS_MM / usual_mm) / SIGMA_SPREAD + SIGMA_SPREAD) ** 2
+    )
     p = np.exp(log_p - log_p.max())
     return float(np.sqrt(p @ SIGMAS_MM**2 / p.sum()))
 
@@ -158,7 +179,9 @@ class ClickResiduals:
 
     def offsets_mm(self, known_mm: Offsets) -> Array:
         """Return a state's offsets; 0 where one is not known."""
-        return np.array([known_mm.get(name, {}).get(part, 0.0) for name, part in self.offset_names], float)
+        return np.array(
+            [known_mm.get(name, {}).get(part, 0.0) for name, part in self.offset_names], float
+        )
 
     def by_marking(self, values: Array) -> dict[str, dict[str, float]]:
         """Return one value for each offset by marking and part: the inverse of offsets_mm."""
@@ -170,7 +193,9 @@ class ClickResiduals:
     @cached_property
     def _tilt_per_mm(self) -> Array:
         """Return how much further aside each curve is for a mm along it and a unit of tilt (c,)."""
-        return np.where(self.tilt_of >= 0, TILT_SHARE / np.where(self.half_mm > 0, self.half_mm, 1.0), 0.0)
+        return np.where(
+            self.tilt_of >= 0, TILT_SHARE / np.where(self.half_mm > 0, self.half_mm, 1.0), 0.0
+        )
 
     @cached_property
     def _moves(self) -> tuple[Indices, Indices, Indices]:
@@ -181,11 +206,21 @@ class ClickResiduals:
 
     def only(self, keep: Mask) -> "ClickResiduals":
         """Return some of the clicks; keep (n,)."""
-        curves, spots = keep[:self.curves], keep[self.curves:]
-        return ClickResiduals(self.pixels[keep], self.owners[keep], self.base[curves], self.along[curves],
-                          self.radius[curves], self.half_mm[curves], self.line_of[curves], self.tilt_of[curves],
-                          self.centre_of[curves], self.marks[spots], self.offset_names,
-                          self.places[curves] if len(self.places) else self.places)
+        curves, spots = keep[: self.curves], keep[self.curves :]
+        return ClickResiduals(
+            self.pixels[keep],
+            self.owners[keep],
+            self.base[curves],
+            self.along[curves],
+            self.radius[curves],
+            self.half_mm[curves],
+            self.line_of[curves],
+            self.tilt_of[curves],
+            self.centre_of[curves],
+            self.marks[spots],
+            self.offset_names,
+            self.places[curves] if len(self.places) else self.places,
+        )
 
     def residuals(self, state: CameraState) -> tuple[Array, Array]:
         """Return signed distances (c + 2 s,) px and their derivatives by every parameter of the state.
@@ -202,20 +237,22 @@ class ClickResiduals:
             along = _times(by_point[:, :, :2], tangents)
             self.places = self._nearer(places, pixel, along)
             across = _turned_left(along) / np.hypot(along[:, 0], along[:, 1])[:, None]
-            r = ((self.pixels[:self.curves] - pixel) * across).sum(axis=1)
+            r = ((self.pixels[: self.curves] - pixel) * across).sum(axis=1)
             j = np.zeros((len(r), parameters))
-            j[:, :parameters - lines] = -(across[:, None, :] @ by)[:, 0]
+            j[:, : parameters - lines] = -(across[:, None, :] @ by)[:, 0]
             if lines:
                 by_xy = -(across[:, None, :] @ by_point[:, :, :2])[:, 0]
                 aside = (by_xy * normals).sum(axis=1)
-                by_part = np.stack([aside, aside * self._lever(places), by_xy[:, 0], by_xy[:, 1]], axis=1)
+                by_part = np.stack(
+                    [aside, aside * self._lever(places), by_xy[:, 0], by_xy[:, 1]], axis=1
+                )
                 curve, offset, part = self._moves
                 j[curve, parameters - lines + offset] = by_part[curve, part]
             if len(self.marks):
                 pixel, _, by = state.project_jacobian(self.marks)
-                r = np.concatenate([r, (self.pixels[self.curves:] - pixel).ravel()])
+                r = np.concatenate([r, (self.pixels[self.curves :] - pixel).ravel()])
                 spots = np.zeros((2 * len(self.marks), parameters))
-                spots[:, :parameters - lines] = -by.reshape(2 * len(self.marks), -1)
+                spots[:, : parameters - lines] = -by.reshape(2 * len(self.marks), -1)
                 j = np.concatenate([j, spots])
         return r, j
 
@@ -225,22 +262,27 @@ class ClickResiduals:
         for _ in range(FOOT_STEPS):
             points, tangents, _ = self._curve(places, state)
             pixel, by_point, _ = state.project_jacobian(points)
-            before, places = places, self._nearer(places, pixel, _times(by_point[:, :, :2], tangents))
+            before, places = (
+                places,
+                self._nearer(places, pixel, _times(by_point[:, :, :2], tangents)),
+            )
             if (np.abs(places - before) < NEAR_ENOUGH_MM * self._place_per_mm).all():
                 break
         return places
 
     def _nearer(self, places: Array, pixel: Array, along: Array) -> Array:
         """Return the places after a Newton step. pixel, along (c, 2): of them, and px per mm along the curve there."""
-        mm = ((self.pixels[:self.curves] - pixel) * along).sum(axis=1) / (along**2).sum(axis=1)
+        mm = ((self.pixels[: self.curves] - pixel) * along).sum(axis=1) / (along**2).sum(axis=1)
         # a state from which a curve cannot be seen must not change the next start
         mm = np.where(np.isfinite(mm), mm, 0.0)
         return places + mm * self._place_per_mm
 
     def first_places(self, state: CameraState) -> Array:
         """Return where the clicks fall on the carpet, along each curve."""
-        arm = state.unproject(self.pixels[:self.curves], self.base[:, 2]) - self.base[:, :2]
-        places = np.where(self._is_arc, np.arctan2(arm[:, 1], arm[:, 0]), np.einsum("ni,ni->n", arm, self.along))
+        arm = state.unproject(self.pixels[: self.curves], self.base[:, 2]) - self.base[:, :2]
+        places = np.where(
+            self._is_arc, np.arctan2(arm[:, 1], arm[:, 0]), np.einsum("ni,ni->n", arm, self.along)
+        )
         return np.where(np.isfinite(places), places, 0.0)
 
     @cached_property
@@ -285,7 +327,9 @@ def _times(matrices: Array, vectors: Array) -> Array:
     return (matrices @ vectors[:, :, None])[:, :, 0]
 
 
-def curve_of(feature: Line | Arc, z_mm: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+def curve_of(
+    feature: Line | Arc, z_mm: float = 0.0
+) -> tuple[tuple[float, ...], tuple[float, ...], float]:
     """Return base, along and radius of a line or arc at that height, as ClickResiduals has them."""
     if isinstance(feature, Arc):
         return (*feature.centre, z_mm), (1.0, 0.0), feature.radius_mm
@@ -293,7 +337,9 @@ def curve_of(feature: Line | Arc, z_mm: float = 0.0) -> tuple[tuple[float, ...],
     return (*start, z_mm), tuple((end - start) / np.linalg.norm(end - start)), 0.0
 
 
-def gather_clicks(observations: Observations, field: Field, region: Region, with_offsets: bool) -> ClickResiduals:
+def gather_clicks(
+    observations: Observations, field: Field, region: Region, with_offsets: bool
+) -> ClickResiduals:
     """Gather observations into arrays. with_offsets: each line and arc may lie beside its place, by unknown offsets.
 
     A second click on one place is left out.
@@ -305,25 +351,49 @@ def gather_clicks(observations: Observations, field: Field, region: Region, with
         first = first_of_each_place(observation.points)
         taken = np.flatnonzero(first == np.arange(len(first)))
         if isinstance(feature, Landmark):
-            spots += [(observation.points[k], (i, k), (*feature.position, observation.z_mm)) for k in taken]
+            spots += [
+                (observation.points[k], (i, k), (*feature.position, observation.z_mm))
+                for k in taken
+            ]
             continue
         if taken.size:
             markings.setdefault(feature.name, feature)
         half_mm = feature.length_mm / 2 if isinstance(feature, Line) else 0.0
         curve = (*curve_of(feature, observation.z_mm), half_mm, feature.name)
         curves += [(observation.points[k], (i, k), *curve) for k in taken]
-    names = tuple((name, part) for part in PARTS for name, marking in markings.items()
-                  if part == "across" or (part == "tilt") == isinstance(marking, Line)) if with_offsets else ()
+    names = (
+        tuple(
+            (name, part)
+            for part in PARTS
+            for name, marking in markings.items()
+            if part == "across" or (part == "tilt") == isinstance(marking, Line)
+        )
+        if with_offsets
+        else ()
+    )
     index = {name: number for number, name in enumerate(names)}
 
     def column(rows: Sequence[tuple[object, ...]], index: int, width: int) -> Array:
-        return np.array([row[index] for row in rows], np.float64).reshape(len(rows), *([width] if width else []))
+        return np.array([row[index] for row in rows], np.float64).reshape(
+            len(rows), *([width] if width else [])
+        )
 
-    moved_by = np.array([[index.get((curve[6], part), -1) for part in PARTS] for curve in curves], int).reshape(-1, 4)
-    return ClickResiduals(np.concatenate([column(curves, 0, 2), column(spots, 0, 2)]),
-                          np.array([owner for _, owner, *_ in (*curves, *spots)], int).reshape(-1, 2),
-                          column(curves, 2, 3), column(curves, 3, 2), column(curves, 4, 0), column(curves, 5, 0),
-                          moved_by[:, 0], moved_by[:, 1], moved_by[:, 2:], column(spots, 2, 3), names)
+    moved_by = np.array(
+        [[index.get((curve[6], part), -1) for part in PARTS] for curve in curves], int
+    ).reshape(-1, 4)
+    return ClickResiduals(
+        np.concatenate([column(curves, 0, 2), column(spots, 0, 2)]),
+        np.array([owner for _, owner, *_ in (*curves, *spots)], int).reshape(-1, 2),
+        column(curves, 2, 3),
+        column(curves, 3, 2),
+        column(curves, 4, 0),
+        column(curves, 5, 0),
+        moved_by[:, 0],
+        moved_by[:, 1],
+        moved_by[:, 2:],
+        column(spots, 2, 3),
+        names,
+    )
 
 
 def line_incidences(observations: Observations, field: Field, region: Region) -> Incidences:
@@ -341,4 +411,6 @@ def line_incidences(observations: Observations, field: Field, region: Region) ->
         for line in of_feature:
             pixels.append(observation.points)
             lines.append(np.tile(line, (len(observation.points), 1)))
-    return Incidences(np.concatenate([np.empty((0, 2)), *pixels]), np.concatenate([np.empty((0, 3)), *lines]))
+    return Incidences(
+        np.concatenate([np.empty((0, 2)), *pixels]), np.concatenate([np.empty((0, 3)), *lines])
+    )

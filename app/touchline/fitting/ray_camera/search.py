@@ -15,7 +15,13 @@ from touchline.fitting.least_squares import FIRST_DAMPING, Minimum, minimise
 from touchline.fitting.linear import CHECK_LINES
 from touchline.fitting.ray_camera.lens_prior import GaussianPrior
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
-from touchline.fitting.ray_camera.problem import CameraState, ClickResiduals, ScalarPrior, State, line_sigmas_mm
+from touchline.fitting.ray_camera.problem import (
+    CameraState,
+    ClickResiduals,
+    ScalarPrior,
+    State,
+    line_sigmas_mm,
+)
 
 CLICK_PX = 0.5  # prior of σ of a click
 # of every start, and of so many that were the best then
@@ -103,14 +109,21 @@ class RayFitProblem:
         if len(self.problem.marks) and self.line_sigma_mm:
             _, by_point, _ = state.project_jacobian(self.problem.marks)
             px_per_mm = np.sqrt(np.abs(np.linalg.det(by_point[:, :, :2])))
-            weights[self.problem.curves:] = 1 / np.hypot(1.0, np.nan_to_num(px_per_mm) * self.line_sigma_mm / sigma_px)
+            weights[self.problem.curves :] = 1 / np.hypot(
+                1.0, np.nan_to_num(px_per_mm) * self.line_sigma_mm / sigma_px
+            )
         return weights
 
     def with_line_sigmas(self, sigmas_mm: Array) -> "RayFitProblem":
         """Return the same problem with other σ of the lines' offsets."""
         others = tuple(p for p in self.priors if not p.name.startswith("line_"))
-        return replace(self, priors=(*others, *(ScalarPrior(f"line_{i}", 0.0, float(s))
-                                                for i, s in enumerate(sigmas_mm))))
+        return replace(
+            self,
+            priors=(
+                *others,
+                *(ScalarPrior(f"line_{i}", 0.0, float(s)) for i, s in enumerate(sigmas_mm)),
+            ),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +153,9 @@ class RayFitResult(Generic[State]):
 
     @property
     def free_names(self) -> tuple[str, ...]:
-        return tuple(name for name, free in zip(self.task.names, self.task.free, strict=True) if free)
+        return tuple(
+            name for name, free in zip(self.task.names, self.task.free, strict=True) if free
+        )
 
     @property
     def covariance(self) -> Array:
@@ -150,8 +165,11 @@ class RayFitResult(Generic[State]):
     @property
     def choices(self) -> dict[str, Any]:
         """Return what this fit has found, as options of the next one on some of its clicks."""
-        return {"start_lines_mm": self.offsets_mm, "line_sigmas_mm": self.offset_sigmas_mm,
-                "click_sigma_px": float(np.clip(self.sigma_px, *CLICK_SIGMAS_PX))}
+        return {
+            "start_lines_mm": self.offsets_mm,
+            "line_sigmas_mm": self.offset_sigmas_mm,
+            "click_sigma_px": float(np.clip(self.sigma_px, *CLICK_SIGMAS_PX)),
+        }
 
     @property
     def offsets_mm(self) -> dict[str, dict[str, float]]:
@@ -161,17 +179,23 @@ class RayFitResult(Generic[State]):
     @property
     def offset_sigmas_mm(self) -> dict[str, dict[str, float]]:
         """Return σ of those, as learned or given."""
-        return self.task.problem.by_marking(np.array([p.sigma for p in self.task.priors
-                                                      if p.name.startswith("line_")]))
+        return self.task.problem.by_marking(
+            np.array([p.sigma for p in self.task.priors if p.name.startswith("line_")])
+        )
 
     @property
     def offset_notes(self) -> dict[str, Any]:
         """Return a fit's notes of them. Lines' tilts follow their offsets and are left out."""
         found = self.offsets_mm
-        return {"line_offsets_mm": {name: parts["across"] for name, parts in found.items()},
-                "arc_offsets_mm": {name: (parts["centre_x"], parts["centre_y"]) for name, parts in found.items()
-                                   if "centre_x" in parts},
-                "offset_names": self.task.problem.offset_names}
+        return {
+            "line_offsets_mm": {name: parts["across"] for name, parts in found.items()},
+            "arc_offsets_mm": {
+                name: (parts["centre_x"], parts["centre_y"])
+                for name, parts in found.items()
+                if "centre_x" in parts
+            },
+            "offset_names": self.task.problem.offset_names,
+        }
 
     @property
     def log_evidence(self) -> float:
@@ -184,12 +208,16 @@ class RayFitResult(Generic[State]):
         outliers = int((~self.inliers).sum())
         log_sigma = float(np.log(self.sigma_px)) + 0.5 * float(np.log(self.correlation))
         _, by = self.task.prior_residuals(self.minimum.state)
-        by = by[:len(self.task.priors), self.task.free]
+        by = by[: len(self.task.priors), self.task.free]
         widths = np.linalg.norm(by, axis=1)
         _, log_information = np.linalg.slogdet(self.minimum.jacobian.T @ self.minimum.jacobian)
-        return float(-(rows + outliers) * log_sigma - 0.5 * np.sum(self.minimum.residuals**2)
-                     - 0.5 * outliers * OUTLIER_SIGMAS**2 + np.sum(np.log(widths[widths > 0]))
-                     - 0.5 * log_information)
+        return float(
+            -(rows + outliers) * log_sigma
+            - 0.5 * np.sum(self.minimum.residuals**2)
+            - 0.5 * outliers * OUTLIER_SIGMAS**2
+            + np.sum(np.log(widths[widths > 0]))
+            - 0.5 * log_information
+        )
 
 
 def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCameraParameters:
@@ -201,9 +229,16 @@ def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCam
         found = minimum_near(task, start, 2 * CLICK_PX, rows, steps=steps, damping=damping)
         return found, task.problem.places
 
-    tried = sorted((improve(start, np.empty(0), FIRST_STEPS, FIRST_DAMPING) for start in starts), key=_cost)
-    best, _ = min((one if one[0].converged else improve(one[0].state, one[1], MORE_STEPS, one[0].damping)
-                   for one in tried[:PROMISING]), key=_cost)
+    tried = sorted(
+        (improve(start, np.empty(0), FIRST_STEPS, FIRST_DAMPING) for start in starts), key=_cost
+    )
+    best, _ = min(
+        (
+            one if one[0].converged else improve(one[0].state, one[1], MORE_STEPS, one[0].damping)
+            for one in tried[:PROMISING]
+        ),
+        key=_cost,
+    )
     if not np.isfinite(best.cost):
         raise no_camera_error()
     return best.state
@@ -214,12 +249,16 @@ def _cost(tried: _Tried) -> float:
 
 
 def no_camera_error() -> FitFailed:
-    return FitFailed(say("refused.no-camera", "No camera position matches the points."), CHECK_LINES,
-                     reason="no-camera")
+    return FitFailed(
+        say("refused.no-camera", "No camera position matches the points."),
+        CHECK_LINES,
+        reason="no-camera",
+    )
 
 
-def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
-          noise_known: bool = False) -> RayFitResult[State]:
+def solve(
+    task: RayFitProblem, start: State, settings: Mapping[str, Any], *, noise_known: bool = False
+) -> RayFitResult[State]:
     """Fit robustly from the start, then plainly without the outliers; then learn what the noise and the lines are.
 
     noise_known: by an earlier fit, and its outliers are not among the clicks.
@@ -228,8 +267,14 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
     robust = settings["robust"]
     rows = residual_count(task.problem)
     task.problem.places = np.empty(0)
-    best = minimum_near(task, start, sigma, rows if robust else 0, tolerance=SEARCHING if robust else NEAR,
-                        damping=NEARBY if noise_known else FIRST_DAMPING)
+    best = minimum_near(
+        task,
+        start,
+        sigma,
+        rows if robust else 0,
+        tolerance=SEARCHING if robust else NEAR,
+        damping=NEARBY if noise_known else FIRST_DAMPING,
+    )
     if not np.isfinite(best.cost):
         raise no_camera_error()
     inliers = np.ones(len(task.problem.pixels), bool)
@@ -248,8 +293,15 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         if np.array_equal(~outliers, inliers) and number > 0:
             break
         inliers = ~outliers
-        best = minimum_near(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR,
-                            damping=NEARBY, seen=_of_clicks(task.problem, seen, inliers))
+        best = minimum_near(
+            replace(task, problem=task.problem.only(inliers)),
+            best.state,
+            spread,
+            0,
+            tolerance=NEAR,
+            damping=NEARBY,
+            seen=_of_clicks(task.problem, seen, inliers),
+        )
     chosen = replace(task, problem=task.problem.only(inliers))
     for number in range(0 if noise_known else NOISE_ROUNDS):
         if not np.isfinite(best.cost):
@@ -257,30 +309,61 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         seen = task.problem.residuals(best.state)
         pixels = _click_distances(task.problem, seen[0])
         weighted = pixels * task.click_weights(best.state, spread)
-        spread = settings["click_sigma_px"] or _spread(weighted[inliers], _determined(best, len(chosen.known_names)))
+        spread = settings["click_sigma_px"] or _spread(
+            weighted[inliers], _determined(best, len(chosen.known_names))
+        )
         if task.usual_line_mm is not None:
-            columns = [k for k, name in enumerate(np.array(task.names)[task.free]) if name.startswith("line_")]
+            columns = [
+                k
+                for k, name in enumerate(np.array(task.names)[task.free])
+                if name.startswith("line_")
+            ]
             before = np.array([p.sigma for p in chosen.priors if p.name.startswith("line_")])
-            chosen = chosen.with_line_sigmas(line_sigmas_mm(best.jacobian, columns, best.state.offsets_mm, before,
-                                                            task.usual_line_mm,
-                                                            np.array([part == "tilt" for _, part in
-                                                                      task.problem.offset_names])))
-        correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
-                                         task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
-        best = minimum_near(chosen, best.state, spread * np.sqrt(correlation), 0,
-                            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE, damping=NEARBY,
-                            seen=_of_clicks(task.problem, seen, inliers))
+            chosen = chosen.with_line_sigmas(
+                line_sigmas_mm(
+                    best.jacobian,
+                    columns,
+                    best.state.offsets_mm,
+                    before,
+                    task.usual_line_mm,
+                    np.array([part == "tilt" for _, part in task.problem.offset_names]),
+                )
+            )
+        correlation = correlation_factor(
+            pixels[: task.problem.curves][inliers[: task.problem.curves]],
+            task.problem.owners[: task.problem.curves][inliers[: task.problem.curves]],
+        )
+        best = minimum_near(
+            chosen,
+            best.state,
+            spread * np.sqrt(correlation),
+            0,
+            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE,
+            damping=NEARBY,
+            seen=_of_clicks(task.problem, seen, inliers),
+        )
     if not np.isfinite(best.cost):
         raise no_camera_error()
     freedom = residual_count(chosen.problem) + len(chosen.known_names) - int(task.free.sum())
-    terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names)
+    terms = tuple(
+        n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names
+    )
     # a copy, whose places along the curves no other search moves
-    return RayFitResult(chosen, terms, best, inliers, replace(task.problem), float(spread), freedom, float(correlation))
+    return RayFitResult(
+        chosen,
+        terms,
+        best,
+        inliers,
+        replace(task.problem),
+        float(spread),
+        freedom,
+        float(correlation),
+    )
 
 
 def _determined(found: Minimum[State], priors: int) -> float:
     """Return how many parameters the clicks determine, and not the priors: the trace of the hat matrix's first rows."""
-    clicks = found.jacobian[:len(found.jacobian) - priors]
+    clicks = found.jacobian[: len(found.jacobian) - priors]
     return float(np.einsum("ij,jk,ik->", clicks, covariance_of(found.jacobian), clicks))
 
 
@@ -311,9 +394,16 @@ def covariance_of(jacobian: Array) -> Array:
     return np.linalg.pinv(information, rcond=1e-14, hermitian=True) / np.outer(scale, scale)
 
 
-def minimum_near(task: RayFitProblem, start: State, sigma: float, robust_rows: int,
-                 steps: int = MAX_STEPS, tolerance: float = SEARCHING, damping: float = FIRST_DAMPING,
-                 seen: tuple[Array, Array] | None = None) -> Minimum[State]:
+def minimum_near(
+    task: RayFitProblem,
+    start: State,
+    sigma: float,
+    robust_rows: int,
+    steps: int = MAX_STEPS,
+    tolerance: float = SEARCHING,
+    damping: float = FIRST_DAMPING,
+    seen: tuple[Array, Array] | None = None,
+) -> Minimum[State]:
     """Return the minimum near a start. seen: the clicks' residuals there and their Jacobian, where they are known."""
     weights = task.click_weights(start, sigma)
     curves = task.problem.curves
@@ -322,27 +412,38 @@ def minimum_near(task: RayFitProblem, start: State, sigma: float, robust_rows: i
     def evaluate(state: State, seen: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
         r, j = seen or task.problem.residuals(state)
         known, by = task.prior_residuals(state)
-        return np.concatenate([r * per_row, known]), np.concatenate([j * per_row[:, None], by])[:, task.free]
+        return np.concatenate([r * per_row, known]), np.concatenate([j * per_row[:, None], by])[
+            :, task.free
+        ]
 
-    return minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free),
-                    robust_rows=robust_rows, max_steps=steps, tolerance=tolerance, damping=damping,
-                    first=evaluate(start, seen))
+    return minimise(
+        start,
+        evaluate,
+        lambda state, delta: state.retract(delta, task.free),
+        robust_rows=robust_rows,
+        max_steps=steps,
+        tolerance=tolerance,
+        damping=damping,
+        first=evaluate(start, seen),
+    )
 
 
 def residual_count(problem: ClickResiduals) -> int:
     return problem.curves + 2 * len(problem.marks)
 
 
-def _of_clicks(problem: ClickResiduals, seen: tuple[Array, Array], keep: Mask) -> tuple[Array, Array]:
+def _of_clicks(
+    problem: ClickResiduals, seen: tuple[Array, Array], keep: Mask
+) -> tuple[Array, Array]:
     """Return some clicks' residuals and Jacobian; keep (n,)."""
-    rows = np.concatenate([keep[:problem.curves], np.repeat(keep[problem.curves:], 2)])
+    rows = np.concatenate([keep[: problem.curves], np.repeat(keep[problem.curves :], 2)])
     return seen[0][rows], seen[1][rows]
 
 
 def _click_distances(problem: ClickResiduals, r: Array) -> Array:
     """Return per click the signed distance from its curve, or the distance from its mark, px. r: all residuals."""
-    spots = r[problem.curves:].reshape(-1, 2)
-    return np.concatenate([r[:problem.curves], np.linalg.norm(spots, axis=1) / np.sqrt(2)])
+    spots = r[problem.curves :].reshape(-1, 2)
+    return np.concatenate([r[: problem.curves], np.linalg.norm(spots, axis=1) / np.sqrt(2)])
 
 
 def _spread(pixels: Array, parameters: float) -> float:

@@ -40,8 +40,10 @@ class BrownConradyLens(PowerTerms):
         rr = x * x + y * y
         plane = xy * _gain(terms, rr)[..., None]
         if p1 or p2:
-            plane = plane + np.stack([2 * p1 * x * y + p2 * (rr + 2 * x * x),
-                                      p1 * (rr + 2 * y * y) + 2 * p2 * x * y], axis=-1)
+            plane = plane + np.stack(
+                [2 * p1 * x * y + p2 * (rr + 2 * x * x), p1 * (rr + 2 * y * y) + 2 * p2 * x * y],
+                axis=-1,
+            )
         known = tuple(np.real(terms))
         if np.max(rr.real, initial=0.0) < _unfolded(known) ** 2:
             return plane
@@ -82,8 +84,13 @@ class BrownConradyLens(PowerTerms):
 
         with np.errstate(all="ignore"):
             rd = np.linalg.norm(plane, axis=-1)
-            r = invert_radius(np.minimum(rd, distorted_radius(np.asarray(limit))[0] if np.isfinite(limit) else rd)
-                              if terms[2] or terms[3] else rd, distorted_radius, limit)
+            r = invert_radius(
+                np.minimum(rd, distorted_radius(np.asarray(limit))[0] if np.isfinite(limit) else rd)
+                if terms[2] or terms[3]
+                else rd,
+                distorted_radius,
+                limit,
+            )
             xy = plane * np.where(rd > 0, r / np.where(rd > 0, rd, 1), 1)[..., None]
             if terms[2] or terms[3]:
                 for _ in range(NEWTON_STEPS):
@@ -91,12 +98,22 @@ class BrownConradyLens(PowerTerms):
                     m = by_ray[..., :2]
                     det = m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
                     e = found - plane
-                    step = np.stack([m[..., 1, 1] * e[..., 0] - m[..., 0, 1] * e[..., 1],
-                                     m[..., 0, 0] * e[..., 1] - m[..., 1, 0] * e[..., 0]], -1) / det[..., None]
+                    step = (
+                        np.stack(
+                            [
+                                m[..., 1, 1] * e[..., 0] - m[..., 0, 1] * e[..., 1],
+                                m[..., 0, 0] * e[..., 1] - m[..., 1, 0] * e[..., 0],
+                            ],
+                            -1,
+                        )
+                        / det[..., None]
+                    )
                     xy = xy - step
                     if not np.nanmax(np.abs(step), initial=0.0) > 1e-14:
                         break
-                error = np.linalg.norm(BrownConradyLens.distort(terms, homogeneous(xy)) - plane, axis=-1)
+                error = np.linalg.norm(
+                    BrownConradyLens.distort(terms, homogeneous(xy)) - plane, axis=-1
+                )
                 xy = np.where((error < 1e-9)[..., None], xy, np.nan)
         return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), homogeneous(xy), np.nan)
 
@@ -111,15 +128,26 @@ def _gain_and_slope(terms: Array, rr: Array) -> tuple[Array, Array, Array]:
     """Return L, its derivative by r², and its divisor."""
     k1, k2, _, _, k3, k4, k5, k6 = terms
     if not (k4 or k5 or k6):
-        return 1 + rr * (k1 + rr * (k2 + rr * k3)), k1 + rr * (2 * k2 + 3 * rr * k3), np.ones_like(rr)
+        return (
+            1 + rr * (k1 + rr * (k2 + rr * k3)),
+            k1 + rr * (2 * k2 + 3 * rr * k3),
+            np.ones_like(rr),
+        )
     below = 1 + rr * (k4 + rr * (k5 + rr * k6))
     gain = (1 + rr * (k1 + rr * (k2 + rr * k3))) / below
-    return gain, ((k1 + rr * (2 * k2 + 3 * rr * k3)) - gain * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below, below
+    return (
+        gain,
+        ((k1 + rr * (2 * k2 + 3 * rr * k3)) - gain * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below,
+        below,
+    )
 
 
 def _tangential_jacobian(p1: float, p2: float, x: Array, y: Array) -> Array:
     """Return d(tangential part)/d(x, y) (…, 2, 2)."""
-    by_x, by_y = np.array([[6 * p2, 2 * p1], [2 * p1, 2 * p2]]), np.array([[2 * p1, 2 * p2], [2 * p2, 6 * p1]])
+    by_x, by_y = (
+        np.array([[6 * p2, 2 * p1], [2 * p1, 2 * p2]]),
+        np.array([[2 * p1, 2 * p2], [2 * p2, 6 * p1]]),
+    )
     return x[..., None, None] * by_x + y[..., None, None] * by_y
 
 
@@ -136,7 +164,9 @@ def _rises(by_xy: Array) -> Mask:
 def _inside(terms: Array, rr: Array) -> Mask | bool:
     """Return where squared radii lie before the horizon."""
     k1, k2, _, _, k3, k4, k5, k6 = np.real(terms).tolist()
-    if not (k4 or k5 or k6) and stays_positive([1, 3 * k1, 5 * k2, 7 * k3], float(rr.max(initial=0.0))):
+    if not (k4 or k5 or k6) and stays_positive(
+        [1, 3 * k1, 5 * k2, 7 * k3], float(rr.max(initial=0.0))
+    ):
         return True
     return rr < _horizon((k1, k2, 0.0, 0.0, k3, k4, k5, k6)) ** 2
 
@@ -158,5 +188,7 @@ def _horizon(terms: tuple[float, ...]) -> float:
         return float(np.sqrt(smallest_root(np.array([1, 3 * k1, 5 * k2, 7 * k3]))))
     above, below, order = np.array([1, k1, k2, k3]), np.array([1, k4, k5, k6]), np.arange(4)
     # (r L)' below² in r²; s a'(s) has the coefficients n aₙ
-    rising = np.convolve(above, below) + 2 * (np.convolve(order * above, below) - np.convolve(above, order * below))
+    rising = np.convolve(above, below) + 2 * (
+        np.convolve(order * above, below) - np.convolve(above, order * below)
+    )
     return float(np.sqrt(smallest_root(rising, below))) * SHORT_OF_POLE

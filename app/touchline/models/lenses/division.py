@@ -115,7 +115,9 @@ def _horizon(terms: tuple[float, ...]) -> float:
     """Return the distorted radius at which the ray is at 90° or the picture folds back; infinity if never."""
     k1, k2, k3 = terms
     # of the divisor, and of the slope times its square
-    return float(np.sqrt(smallest_root([1.0, k1, k2, k3], [1.0, -k1, -3 * k2, -5 * k3]))) * (1 - 1e-12)
+    return float(np.sqrt(smallest_root([1.0, k1, k2, k3], [1.0, -k1, -3 * k2, -5 * k3]))) * (
+        1 - 1e-12
+    )
 
 
 def division_radii(k: float, corner: float) -> tuple[Array, Array]:

@@ -12,7 +12,13 @@ from typing import ClassVar
 import numpy as np
 
 from touchline.core.geometry import Array, Mask
-from touchline.models.lenses.projection import PowerTerms, invert_radius, radial_jacobian, smallest_root, stays_positive
+from touchline.models.lenses.projection import (
+    PowerTerms,
+    invert_radius,
+    radial_jacobian,
+    smallest_root,
+    stays_positive,
+)
 
 TERMS = ("k1", "k2", "k3", "k4")
 ODD = np.array([3, 5, 7, 9])  # powers of θ
@@ -26,7 +32,7 @@ def _powers_of_atan(odd: int) -> Array:
     columns, power = [], series
     for _ in range(odd + 1):
         columns.append(power[3::2])
-        power = np.convolve(np.convolve(power, series), series)[:len(series)]
+        power = np.convolve(np.convolve(power, series), series)[: len(series)]
     return np.stack(columns, axis=1)
 
 
@@ -66,7 +72,11 @@ class KannalaBrandtLens(PowerTerms):
         """As PowerTerms does, by way of the same series."""
         own, fixed = OF_TANGENT[:, 1:], OF_TANGENT[:, 0]
         scaled, by_terms, by_scale = super().at_scale(own @ terms + fixed, log_scale)
-        return OWN_FROM_SERIES @ (scaled - fixed), OWN_FROM_SERIES @ by_terms @ own, OWN_FROM_SERIES @ by_scale
+        return (
+            OWN_FROM_SERIES @ (scaled - fixed),
+            OWN_FROM_SERIES @ by_terms @ own,
+            OWN_FROM_SERIES @ by_scale,
+        )
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:
@@ -86,7 +96,9 @@ class KannalaBrandtLens(PowerTerms):
         by_ray = np.empty((*gain.shape, 2, 3), gain.dtype)
         by_ray[..., :2] = radial_jacobian(xy, gain, by_rho / 2)
         by_ray[..., 2] = xy * -along[..., None]
-        by_terms = (xy * (seen.theta * seen.per_rho)[..., None])[..., None] * seen.powers[..., None, :]
+        by_terms = (xy * (seen.theta * seen.per_rho)[..., None])[..., None] * seen.powers[
+            ..., None, :
+        ]
         return xy * gain[..., None], by_ray, by_terms
 
     @staticmethod
@@ -115,7 +127,9 @@ def _polar(terms: Array, rays: Array) -> _Polar:
     with np.errstate(all="ignore"):
         rho = np.sqrt(x * x + y * y)
         theta = _angle(rho, z)
-        powers = np.multiply.accumulate(np.repeat((theta * theta)[..., None], len(terms), axis=-1), axis=-1)
+        powers = np.multiply.accumulate(
+            np.repeat((theta * theta)[..., None], len(terms), axis=-1), axis=-1
+        )
         rd, slope = theta * (1 + powers @ terms), 1 + powers @ (ODD * terms)
         near = np.abs(rho) < SMALL * np.abs(z)
         per_rho = 1 / rho

@@ -34,7 +34,6 @@ class PowerTerms:
         powers = np.array(cls.POWERS)
         return (terms + step - powers * terms * log_scale) * np.exp(powers * log_scale)
 
-
     @classmethod
     def at_scale(cls, terms: Array, log_scale: float) -> tuple[Array, Array, Array]:
         """Return the terms that bend a picture likewise at a focal length e^s as long, and d/d terms (k, k), d/d s."""
@@ -74,10 +73,15 @@ def pinhole_jacobian(rays: Array) -> tuple[Array, Array]:
 
 def radial_jacobian(xy: Array, gain: Array, slope: Array) -> Array:
     """Return d(xy · gain)/d(xy) (…, 2, 2), where slope = d gain / d r²."""
-    return gain[..., None, None] * np.eye(2) + 2 * slope[..., None, None] * xy[..., :, None] * xy[..., None, :]
+    return (
+        gain[..., None, None] * np.eye(2)
+        + 2 * slope[..., None, None] * xy[..., :, None] * xy[..., None, :]
+    )
 
 
-def invert_radius(value: Array, function: Callable[[Array], tuple[Array, Array]], limit: float) -> Array:
+def invert_radius(
+    value: Array, function: Callable[[Array], tuple[Array, Array]], limit: float
+) -> Array:
     """Solve function(r)[0] = value for 0 ≤ r ≤ limit, where it rises; function returns the value and its derivative.
 
     Newton's method, and bisection where a step would leave or is no shorter than half of the one before, so that it
@@ -96,7 +100,11 @@ def invert_radius(value: Array, function: Callable[[Array], tuple[Array, Array]]
             low, high = np.where(error < 0, r, low), np.where(error > 0, r, high)
             step = r - error / slope
             halfway = np.where(np.isfinite(high), (low + high) / 2, 2 * r + 1)
-            newton = (step >= low) & (step <= high) & (np.abs(step - r) <= np.maximum(before / 2, UNDISTORT_TOLERANCE))
+            newton = (
+                (step >= low)
+                & (step <= high)
+                & (np.abs(step - r) <= np.maximum(before / 2, UNDISTORT_TOLERANCE))
+            )
             following = np.where(newton, step, halfway)
             before, r = np.abs(following - r), following
             if before.max(initial=0.0) < UNDISTORT_TOLERANCE:
@@ -129,5 +137,7 @@ def solve_2x2(matrix: Array, right: Array) -> Array:
     (a, b), (c, d) = np.moveaxis(matrix, (-2, -1), (0, 1))
     with np.errstate(all="ignore"):
         det = a * d - b * c
-        inverse = np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2) / det[..., None, None]
+        inverse = (
+            np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2) / det[..., None, None]
+        )
         return inverse @ right

@@ -10,7 +10,13 @@ from typing import ClassVar
 import numpy as np
 
 from touchline.core.geometry import Array, homogeneous
-from touchline.models.lenses.projection import PowerTerms, invert_radius, pinhole, pinhole_jacobian, radial_jacobian
+from touchline.models.lenses.projection import (
+    PowerTerms,
+    invert_radius,
+    pinhole,
+    pinhole_jacobian,
+    radial_jacobian,
+)
 
 
 class SslLens(PowerTerms):
@@ -31,7 +37,11 @@ class SslLens(PowerTerms):
         gain = _gain(a, rr)
         below = 1 + 3 * a * gain**2 * rr
         slope, by_a = -a * gain**3 / below, -(gain**3) * rr / below
-        return xy * gain[..., None], radial_jacobian(xy, gain, slope) @ by_ray, (xy * by_a[..., None])[..., None]
+        return (
+            xy * gain[..., None],
+            radial_jacobian(xy, gain, slope) @ by_ray,
+            (xy * by_a[..., None])[..., None],
+        )
 
     @staticmethod
     def undistort(terms: Array, plane: Array) -> Array:

@@ -20,7 +20,13 @@ from touchline.core.errors import NotFound, Unavailable
 from touchline.core.sentences import CHECK_CABLE_AND_POWER
 from touchline.core.statements import join, say
 from touchline.sources import Identity, SourceContext
-from touchline.sources.industrial.aravis_library import Aravis, AravisError, AravisNodes, aravis, text
+from touchline.sources.industrial.aravis_library import (
+    Aravis,
+    AravisError,
+    AravisNodes,
+    aravis,
+    text,
+)
 from touchline.sources.industrial.camera import (
     CANNOT_OPEN,
     DOES_NOT_START,
@@ -104,7 +110,16 @@ def discover_cameras(library: Aravis) -> list[DiscoveredCamera]:
     for i in range(min(library.call("get_n_devices"), MAX_CAMERAS)):
         id, serial, hardware, address, vendor, model, protocol = (
             text(library.call(f"get_device_{what}", i))
-            for what in ("id", "serial_nbr", "physical_id", "address", "vendor", "model", "protocol"))
+            for what in (
+                "id",
+                "serial_nbr",
+                "physical_id",
+                "address",
+                "vendor",
+                "model",
+                "protocol",
+            )
+        )
         # By its name, a camera that answers on two network cards is opened through either, and may send its pictures to
         # the other; by its address, through the one that it is connected to.
         opened_by = address if protocol == "GigEVision" and is_ip(address) else id
@@ -123,15 +138,24 @@ def resolve_target(target: str, library: Aravis) -> tuple[str, str]:
         return target, target
     if is_ip(target):  # asked directly, which reaches cameras beyond the next router as well
         if not responds(target):
-            raise Unavailable(say("industrial.no-response", "No camera is responding at {address}.", address=target),
-                              say("industrial.check-address", "Check its cable, its power and its address."),
-                              reason="camera-off")
+            raise Unavailable(
+                say(
+                    "industrial.no-response",
+                    "No camera is responding at {address}.",
+                    address=target,
+                ),
+                say("industrial.check-address", "Check its cable, its power and its address."),
+                reason="camera-off",
+            )
         return target, target
     cameras = discover_cameras(library)
     if (found := find_camera(cameras, target)) is not None:
         return found.handle, found.id
-    raise NotFound(say("industrial.not-found", "No camera called {name!r} is responding.", name=target[:60]),
-                   known_cameras(cameras), reason="unknown-device")
+    raise NotFound(
+        say("industrial.not-found", "No camera called {name!r} is responding.", name=target[:60]),
+        known_cameras(cameras),
+        reason="unknown-device",
+    )
 
 
 class AravisDevice:
@@ -145,13 +169,18 @@ class AravisDevice:
         try:
             self._camera = library.call("camera_new", opened_by.encode())
         except AravisError as error:
-            raise Unavailable(CANNOT_OPEN, join(CHECK_CABLE_AND_POWER, _driver_message(error)),
-                              reason="camera-off") from None
+            raise Unavailable(
+                CANNOT_OPEN,
+                join(CHECK_CABLE_AND_POWER, _driver_message(error)),
+                reason="camera-off",
+            ) from None
         if not self._camera:
             raise Unavailable(CANNOT_OPEN, CHECK_CABLE_AND_POWER, reason="camera-off")
         self._ip = opened_by if is_ip(opened_by) else ""
         self.nodes: NodeMap = AravisNodes(library, library.call("camera_get_device", self._camera))
-        serial, vendor, model = (self._name(what) for what in ("device_serial_number", "vendor_name", "model_name"))
+        serial, vendor, model = (
+            self._name(what) for what in ("device_serial_number", "vendor_name", "model_name")
+        )
         self.identity = Identity(address_of(target), serial, port, f"{vendor} {model}".strip())
 
     def start(self) -> None:
@@ -167,9 +196,13 @@ class AravisDevice:
                 call("stream_push_buffer", self._stream, call("buffer_new_allocate", payload))
             call("camera_start_acquisition", self._camera)
         except AravisError as error:
-            close = say("industrial.close-or-wait",
-                        "Close the other program that uses it, or wait until that program releases it.")
-            raise Unavailable(DOES_NOT_START, join(close, _driver_message(error)), reason="camera-busy") from None
+            close = say(
+                "industrial.close-or-wait",
+                "Close the other program that uses it, or wait until that program releases it.",
+            )
+            raise Unavailable(
+                DOES_NOT_START, join(close, _driver_message(error)), reason="camera-busy"
+            ) from None
 
     def stop(self) -> None:
         if self._stream is None:
@@ -182,7 +215,9 @@ class AravisDevice:
     def take(self, timeout_s: float) -> Pixels | None:
         if self._stream is None:
             return None
-        buffer = self._library.call("stream_timeout_pop_buffer", self._stream, max(0, int(timeout_s * 1e6)))
+        buffer = self._library.call(
+            "stream_timeout_pop_buffer", self._stream, max(0, int(timeout_s * 1e6))
+        )
         if not buffer:
             return None
         try:
@@ -208,7 +243,10 @@ class AravisDevice:
 
     def _pixels(self, buffer: Any) -> Pixels | None:
         call = self._library.call
-        if call("buffer_get_status", buffer) != SUCCESS or call("buffer_get_payload_type", buffer) not in WITH_IMAGE:
+        if (
+            call("buffer_get_status", buffer) != SUCCESS
+            or call("buffer_get_payload_type", buffer) not in WITH_IMAGE
+        ):
             return None
         length, padding = c_size_t(), c_int()
         data = call("buffer_get_image_data", buffer, byref(length))
@@ -216,9 +254,13 @@ class AravisDevice:
             return None
         call("buffer_get_image_padding", buffer, byref(padding), byref(c_int()))
         # The bytes belong to the buffer, which goes back to the camera: what comes out is a copy.
-        return bgr_from_raw((ctypes.c_uint8 * length.value).from_address(data), call("buffer_get_image_width", buffer),
-                            call("buffer_get_image_height", buffer), call("buffer_get_image_pixel_format", buffer),
-                            padding.value)
+        return bgr_from_raw(
+            (ctypes.c_uint8 * length.value).from_address(data),
+            call("buffer_get_image_width", buffer),
+            call("buffer_get_image_height", buffer),
+            call("buffer_get_image_pixel_format", buffer),
+            padding.value,
+        )
 
     def _name(self, what: str) -> str:
         try:
@@ -229,4 +271,8 @@ class AravisDevice:
 
 def _driver_message(error: AravisError) -> str:
     message = str(error).rstrip(".")
-    return say("industrial.message", "Aravis message: {message}.", message=message) if str(error) else ""
+    return (
+        say("industrial.message", "Aravis message: {message}.", message=message)
+        if str(error)
+        else ""
+    )

@@ -5,7 +5,19 @@ Only calls, errors, references, texts and named values; aravis.py makes cameras 
 
 import ctypes
 from collections.abc import Callable
-from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint, c_uint32, c_uint64
+from ctypes import (
+    POINTER,
+    byref,
+    c_bool,
+    c_char_p,
+    c_double,
+    c_int,
+    c_int64,
+    c_size_t,
+    c_uint,
+    c_uint32,
+    c_uint64,
+)
 from ctypes import c_void_p as pointer
 from functools import lru_cache
 from typing import Any
@@ -21,13 +33,21 @@ FIX = say("industrial.install-aravis", "Install it: apt install libaravis-0.8-0.
 SIGNATURES: dict[tuple[Any, tuple[Any, ...], bool], str] = {
     (None, (c_char_p,), False): "enable_interface disable_interface",
     (c_uint, (), False): "get_n_interfaces get_n_devices",
-    (c_char_p, (c_uint,), False): "get_interface_id get_device_id get_device_physical_id get_device_address "
-                                  "get_device_protocol get_device_vendor get_device_model get_device_serial_nbr",
+    (
+        c_char_p,
+        (c_uint,),
+        False,
+    ): "get_interface_id get_device_id get_device_physical_id get_device_address "
+    "get_device_protocol get_device_vendor get_device_model get_device_serial_nbr",
     (None, (), False): "update_device_list",
     (pointer, (c_char_p,), True): "camera_new",
     (pointer, (pointer,), False): "camera_get_device",
-    (c_char_p, (pointer,), True): "camera_get_vendor_name camera_get_model_name camera_get_device_serial_number "
-                                  "gc_float_get_unit gc_integer_get_unit",
+    (
+        c_char_p,
+        (pointer,),
+        True,
+    ): "camera_get_vendor_name camera_get_model_name camera_get_device_serial_number "
+    "gc_float_get_unit gc_integer_get_unit",
     (c_uint, (pointer,), True): "camera_get_payload",
     (pointer, (pointer, pointer, pointer, pointer), True): "camera_create_stream",
     (None, (pointer,), True): "camera_start_acquisition camera_stop_acquisition",
@@ -35,36 +55,64 @@ SIGNATURES: dict[tuple[Any, tuple[Any, ...], bool], str] = {
     (pointer, (pointer, c_uint64), False): "stream_timeout_pop_buffer",
     (pointer, (c_size_t,), False): "buffer_new_allocate",
     (c_int, (pointer,), False): "buffer_get_status buffer_get_payload_type buffer_get_image_width "
-                                "buffer_get_image_height",
+    "buffer_get_image_height",
     (pointer, (pointer, POINTER(c_size_t)), False): "buffer_get_image_data",
     (c_uint32, (pointer,), False): "buffer_get_image_pixel_format",
     (None, (pointer, POINTER(c_int), POINTER(c_int)), False): "buffer_get_image_padding",
     (pointer, (pointer, c_char_p), False): "device_get_feature",
-    (c_bool, (pointer, c_char_p), True): "device_is_feature_available device_get_boolean_feature_value",
+    (
+        c_bool,
+        (pointer, c_char_p),
+        True,
+    ): "device_is_feature_available device_get_boolean_feature_value",
     (None, (pointer, c_char_p), True): "device_execute_command",
     (None, (pointer, c_char_p, c_bool), True): "device_set_boolean_feature_value",
     (c_char_p, (pointer, c_char_p), True): "device_get_string_feature_value",
     (None, (pointer, c_char_p, c_char_p), True): "device_set_string_feature_value",
-    (c_int64, (pointer, c_char_p), True): "device_get_integer_feature_value device_get_integer_feature_increment",
+    (
+        c_int64,
+        (pointer, c_char_p),
+        True,
+    ): "device_get_integer_feature_value device_get_integer_feature_increment",
     (None, (pointer, c_char_p, c_int64), True): "device_set_integer_feature_value",
-    (None, (pointer, c_char_p, POINTER(c_int64), POINTER(c_int64)), True): "device_get_integer_feature_bounds",
+    (
+        None,
+        (pointer, c_char_p, POINTER(c_int64), POINTER(c_int64)),
+        True,
+    ): "device_get_integer_feature_bounds",
     (c_double, (pointer, c_char_p), True): "device_get_float_feature_value",
     (None, (pointer, c_char_p, c_double), True): "device_set_float_feature_value",
-    (None, (pointer, c_char_p, POINTER(c_double), POINTER(c_double)), True): "device_get_float_feature_bounds",
-    (POINTER(c_char_p), (pointer, c_char_p, POINTER(c_uint)), True):
-        "device_dup_available_enumeration_feature_values_as_strings",
+    (
+        None,
+        (pointer, c_char_p, POINTER(c_double), POINTER(c_double)),
+        True,
+    ): "device_get_float_feature_bounds",
+    (
+        POINTER(c_char_p),
+        (pointer, c_char_p, POINTER(c_uint)),
+        True,
+    ): "device_dup_available_enumeration_feature_values_as_strings",
     (c_int, (pointer, c_char_p), False): "device_get_feature_access_mode",
 }
 CALLS = {name: signature for signature, names in SIGNATURES.items() for name in names.split()}
 # not in every 0.8; call() then answers None
 NEWER = {"buffer_get_image_padding", "device_get_feature_access_mode"}
-KINDS = {"choice": "enumeration", "bool": "boolean", "command": "command", "float": "float", "int": "integer"}
+KINDS = {
+    "choice": "enumeration",
+    "bool": "boolean",
+    "command": "command",
+    "float": "float",
+    "int": "integer",
+}
 READ_ONLY = 0  # of Aravis' access modes; it calls some "write only" that can be read very well
 
 # by kind: type in the function's name, and its conversion
 SETTERS: dict[str, tuple[str, Callable[..., object]]] = {
-    "choice": ("string", lambda value: str(value).encode()), "bool": ("boolean", bool), "int": ("integer", int),
-    "float": ("float", float)}
+    "choice": ("string", lambda value: str(value).encode()),
+    "bool": ("boolean", bool),
+    "int": ("integer", int),
+    "float": ("float", float),
+}
 
 
 class _GError(ctypes.Structure):
@@ -80,7 +128,10 @@ class Aravis:
 
     def __init__(self) -> None:
         self._aravis = ctypes.CDLL(NAME)
-        self._glib, self._gobject = ctypes.CDLL("libglib-2.0.so.0"), ctypes.CDLL("libgobject-2.0.so.0")
+        self._glib, self._gobject = (
+            ctypes.CDLL("libglib-2.0.so.0"),
+            ctypes.CDLL("libgobject-2.0.so.0"),
+        )
         self._glib.g_error_free.argtypes = self._glib.g_free.argtypes = (pointer,)
         self._gobject.g_object_unref.argtypes = (pointer,)
         self._gobject.g_type_check_instance_is_a.argtypes = (pointer, c_size_t)
@@ -118,7 +169,9 @@ class Aravis:
 
     def choices(self, device: Any, name: bytes) -> tuple[str, ...]:
         count = c_uint()
-        found = self.call("device_dup_available_enumeration_feature_values_as_strings", device, name, byref(count))
+        found = self.call(
+            "device_dup_available_enumeration_feature_values_as_strings", device, name, byref(count)
+        )
         try:
             return tuple(text(found[i]) for i in range(min(count.value, 200)))
         finally:
@@ -145,13 +198,18 @@ def aravis() -> Aravis:
     try:
         return Aravis()
     except (OSError, AttributeError):
-        raise Unavailable(say("industrial.no-aravis", "Cameras of this kind need the library Aravis 0.8."), FIX,
-                          reason="no-aravis") from None
+        raise Unavailable(
+            say("industrial.no-aravis", "Cameras of this kind need the library Aravis 0.8."),
+            FIX,
+            reason="no-aravis",
+        ) from None
 
 
 def text(raw: bytes | None) -> str:
     """Return a camera's own text, printable."""
-    return "".join(c for c in (raw or b"").decode("utf-8", "replace") if c.isprintable())[:200].strip()
+    return "".join(c for c in (raw or b"").decode("utf-8", "replace") if c.isprintable())[
+        :200
+    ].strip()
 
 
 class AravisNodes:
@@ -180,8 +238,11 @@ class AravisNodes:
             else:
                 raise AravisError("none")
         except AravisError as error:
-            raise BadInput(f"The camera refuses {name} = {value}.", f"Camera message: {str(error).rstrip('.')}.",
-                           reason="bad-control") from None
+            raise BadInput(
+                f"The camera refuses {name} = {value}.",
+                f"Camera message: {str(error).rstrip('.')}.",
+                reason="bad-control",
+            ) from None
 
     def _kind(self, raw: bytes) -> str | None:
         try:

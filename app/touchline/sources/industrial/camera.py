@@ -26,15 +26,23 @@ Pixels = NDArray[np.uint8]  # (height, width, 3) BGR
 SIDE_PX = (4, 32767)  # below, there is nothing to take colours from; above, OpenCV refuses
 
 # What cameras made before the list call the same numbers.
-OLD_NAMES = {"YUV422Packed": "YUV422_8_UYVY", "YUV422_YUYV_Packed": "YUV422_8", "BGR8Packed": "BGR8",
-             "RGB8Packed": "RGB8", "BGRA8Packed": "BGRa8", "RGBA8Packed": "RGBa8"}
+OLD_NAMES = {
+    "YUV422Packed": "YUV422_8_UYVY",
+    "YUV422_YUYV_Packed": "YUV422_8",
+    "BGR8Packed": "BGR8",
+    "RGB8Packed": "RGB8",
+    "BGRA8Packed": "BGRa8",
+    "RGBA8Packed": "RGBa8",
+}
 
 CANNOT_OPEN = say("industrial.cannot-open", "The camera cannot be opened.")
 DOES_NOT_START = say("industrial.does-not-start", "The camera does not start.")
 SMALLER_SIZE = say("industrial.smaller-size", "Set a smaller width and height.")
 READ_S = 1.5  # longer without a picture, and the camera counts as off
 MAX_PAYLOAD = 128 * 1024 * 1024  # bytes of one picture, as a camera announces them before any comes
-FPS = Option("fps", "float", None, "Frames per second. If not set: as set in the camera.", (0.1, 240))
+FPS = Option(
+    "fps", "float", None, "Frames per second. If not set: as set in the camera.", (0.1, 240)
+)
 
 
 @dataclass(frozen=True)
@@ -63,27 +71,31 @@ def _from_422(code: int, luma: int) -> Callable[[Any], Any]:
 
     def bgr(raw: Any) -> Any:
         # an odd last column has only half a colour
-        even = np.ascontiguousarray(raw[:, :raw.shape[1] // 2 * 2])
+        even = np.ascontiguousarray(raw[:, : raw.shape[1] // 2 * 2])
         return cv2.cvtColor(cv2.LUT(even, narrow), code)
+
     return bgr
 
 
 # In the order in which we would rather have them: colour in few bytes first, since a network is soon full.
-PIXEL_FORMATS = {one.name: one for one in (
-    PixelFormat("BayerRG8", 0x01080009, 1, _by(cv2.COLOR_BayerRGGB2BGR)),
-    PixelFormat("BayerGB8", 0x0108000A, 1, _by(cv2.COLOR_BayerGBRG2BGR)),
-    PixelFormat("BayerGR8", 0x01080008, 1, _by(cv2.COLOR_BayerGRBG2BGR)),
-    PixelFormat("BayerBG8", 0x0108000B, 1, _by(cv2.COLOR_BayerBGGR2BGR)),
-    PixelFormat("YUV422_8", 0x02100032, 2, _from_422(cv2.COLOR_YUV2BGR_YUY2, 0)),
-    PixelFormat("YUV422_8_UYVY", 0x0210001F, 2, _from_422(cv2.COLOR_YUV2BGR_UYVY, 1)),
-    PixelFormat("YCbCr422_8", 0x0210003B, 2, _from_422(cv2.COLOR_YUV2BGR_YUY2, 0)),
-    PixelFormat("YCbCr422_8_CbYCrY", 0x02100043, 2, _from_422(cv2.COLOR_YUV2BGR_UYVY, 1)),
-    PixelFormat("BGR8", 0x02180015, 3, lambda raw: raw.copy()),
-    PixelFormat("RGB8", 0x02180014, 3, _by(cv2.COLOR_RGB2BGR)),
-    PixelFormat("BGRa8", 0x02200017, 4, _by(cv2.COLOR_BGRA2BGR)),
-    PixelFormat("RGBa8", 0x02200016, 4, _by(cv2.COLOR_RGBA2BGR)),
-    PixelFormat("Mono8", 0x01080001, 1, _by(cv2.COLOR_GRAY2BGR)),
-)}
+PIXEL_FORMATS = {
+    one.name: one
+    for one in (
+        PixelFormat("BayerRG8", 0x01080009, 1, _by(cv2.COLOR_BayerRGGB2BGR)),
+        PixelFormat("BayerGB8", 0x0108000A, 1, _by(cv2.COLOR_BayerGBRG2BGR)),
+        PixelFormat("BayerGR8", 0x01080008, 1, _by(cv2.COLOR_BayerGRBG2BGR)),
+        PixelFormat("BayerBG8", 0x0108000B, 1, _by(cv2.COLOR_BayerBGGR2BGR)),
+        PixelFormat("YUV422_8", 0x02100032, 2, _from_422(cv2.COLOR_YUV2BGR_YUY2, 0)),
+        PixelFormat("YUV422_8_UYVY", 0x0210001F, 2, _from_422(cv2.COLOR_YUV2BGR_UYVY, 1)),
+        PixelFormat("YCbCr422_8", 0x0210003B, 2, _from_422(cv2.COLOR_YUV2BGR_YUY2, 0)),
+        PixelFormat("YCbCr422_8_CbYCrY", 0x02100043, 2, _from_422(cv2.COLOR_YUV2BGR_UYVY, 1)),
+        PixelFormat("BGR8", 0x02180015, 3, lambda raw: raw.copy()),
+        PixelFormat("RGB8", 0x02180014, 3, _by(cv2.COLOR_RGB2BGR)),
+        PixelFormat("BGRa8", 0x02200017, 4, _by(cv2.COLOR_BGRA2BGR)),
+        PixelFormat("RGBa8", 0x02200016, 4, _by(cv2.COLOR_RGBA2BGR)),
+        PixelFormat("Mono8", 0x01080001, 1, _by(cv2.COLOR_GRAY2BGR)),
+    )
+}
 _BY_CODE = {one.code: one for one in PIXEL_FORMATS.values()}
 
 
@@ -108,10 +120,17 @@ def bgr_from_raw(data: Any, width: int, height: int, code: int, padding: int = 0
     """
     form = _BY_CODE.get(code)
     if form is None:
-        raise Unavailable(say("industrial.unknown-format", "The camera sends an unsupported pixel format (number "
-                              "{number:#010x}).", number=code),
-                          say("industrial.set-format", "Set it to one of: {formats}.", formats=list(PIXEL_FORMATS)),
-                          reason="pixel-format")
+        raise Unavailable(
+            say(
+                "industrial.unknown-format",
+                "The camera sends an unsupported pixel format (number {number:#010x}).",
+                number=code,
+            ),
+            say(
+                "industrial.set-format", "Set it to one of: {formats}.", formats=list(PIXEL_FORMATS)
+            ),
+            reason="pixel-format",
+        )
     least, most = SIDE_PX
     if not (least <= width <= most and least <= height <= most and padding >= 0):
         return None
@@ -126,12 +145,21 @@ def bgr_from_raw(data: Any, width: int, height: int, code: int, padding: int = 0
     return pixels
 
 
-PIXEL_FORMAT = Option("pixel_format", "choice", None, "Pixel format. If not set: the best format that both support.",
-                      choices=tuple(PIXEL_FORMATS))
+PIXEL_FORMAT = Option(
+    "pixel_format",
+    "choice",
+    None,
+    "Pixel format. If not set: the best format that both support.",
+    choices=tuple(PIXEL_FORMATS),
+)
 
 
 def images_too_large(size_bytes: float) -> Sentence:
-    return say("industrial.images-too-large", "The camera reports images of {mb:.0f} MB.", mb=size_bytes / 1e6)
+    return say(
+        "industrial.images-too-large",
+        "The camera reports images of {mb:.0f} MB.",
+        mb=size_bytes / 1e6,
+    )
 
 
 @dataclass(frozen=True)
@@ -154,10 +182,16 @@ def find_camera(cameras: Sequence[DiscoveredCamera], target: str) -> DiscoveredC
     for key in ("id", "serial", "name"):
         found = [camera for camera in cameras if getattr(camera, key) == target]
         if len(found) > 1:
-            raise BadInput(say("industrial.ambiguous", "{cameras} cameras are called {name!r}.", cameras=len(found),
-                               name=target),
-                           say("industrial.longer-name", "Use the longer name from the list of cameras."),
-                           reason="bad-source")
+            raise BadInput(
+                say(
+                    "industrial.ambiguous",
+                    "{cameras} cameras are called {name!r}.",
+                    cameras=len(found),
+                    name=target,
+                ),
+                say("industrial.longer-name", "Use the longer name from the list of cameras."),
+                reason="bad-source",
+            )
         if found:
             return found[0]
     return None
@@ -166,8 +200,11 @@ def find_camera(cameras: Sequence[DiscoveredCamera], target: str) -> DiscoveredC
 def known_cameras(cameras: Sequence[DiscoveredCamera]) -> Sentence:
     """List the cameras in a sentence, for an error."""
     names = [camera.serial or camera.id for camera in cameras]
-    return (say("industrial.cameras", "Cameras: {names}.", names=names) if names
-            else say("industrial.no-cameras", "Cameras: none. Check cables and power."))
+    return (
+        say("industrial.cameras", "Cameras: {names}.", names=names)
+        if names
+        else say("industrial.no-cameras", "Cameras: none. Check cables and power.")
+    )
 
 
 class IndustrialDevice(Protocol):
@@ -218,12 +255,28 @@ class IndustrialSource(BaseSource):
             if pixels is not None:
                 return Frame(pixels)
         if missing := device.incomplete - missing_before:
-            raise Unavailable(say("industrial.images-incomplete", "The camera sent {images} images in {seconds:g} s, "
-                                  "and parts of each were missing.", images=missing, seconds=READ_S),
-                              say("industrial.separate-port", "Use a separate network port or USB controller for it, "
-                                  "or lower its frame rate."), reason="camera-silent")
-        raise Unavailable(say("industrial.no-image", "The camera sent no image for {seconds:g} s.", seconds=READ_S),
-                          CHECK_CABLE_AND_POWER, reason="camera-silent")
+            raise Unavailable(
+                say(
+                    "industrial.images-incomplete",
+                    "The camera sent {images} images in {seconds:g} s, "
+                    "and parts of each were missing.",
+                    images=missing,
+                    seconds=READ_S,
+                ),
+                say(
+                    "industrial.separate-port",
+                    "Use a separate network port or USB controller for it, "
+                    "or lower its frame rate.",
+                ),
+                reason="camera-silent",
+            )
+        raise Unavailable(
+            say(
+                "industrial.no-image", "The camera sent no image for {seconds:g} s.", seconds=READ_S
+            ),
+            CHECK_CABLE_AND_POWER,
+            reason="camera-silent",
+        )
 
     def controls(self) -> tuple[Control, ...]:
         return controls_of(require_open(self._device).nodes)
@@ -258,8 +311,11 @@ def set_up(nodes: NodeMap, options: Mapping[str, Any]) -> None:
         try:
             write_control(nodes, "frame_rate", options["fps"])
         except (BadInput, NotFound) as refused:
-            raise BadInput(refused.what, join(refused.fix, say("industrial.or-remove-fps", "Or remove fps.")),
-                           reason="bad-option") from None
+            raise BadInput(
+                refused.what,
+                join(refused.fix, say("industrial.or-remove-fps", "Or remove fps.")),
+                reason="bad-option",
+            ) from None
 
 
 def _set_if(nodes: NodeMap, name: str, entry: str) -> None:
@@ -278,12 +334,28 @@ def _set_pixel_format(nodes: NodeMap, wanted: str | None) -> None:
     else:
         chosen = next((name for name in offered if canonical_name(name) == wanted), None)
     if chosen is None and wanted:
-        raise BadInput(say("industrial.format-not-supported", "The camera does not support {format}.", format=wanted),
-                       say("industrial.use-format", "Use one of: {formats}. Or remove pixel_format.",
-                           formats=list(canonical_name(n) or n for n in offered)), reason="bad-option")
+        raise BadInput(
+            say(
+                "industrial.format-not-supported",
+                "The camera does not support {format}.",
+                format=wanted,
+            ),
+            say(
+                "industrial.use-format",
+                "Use one of: {formats}. Or remove pixel_format.",
+                formats=list(canonical_name(n) or n for n in offered),
+            ),
+            reason="bad-option",
+        )
     if chosen is None:
-        raise Unavailable(say("industrial.no-format", "The camera has no supported pixel format."),
-                          say("industrial.camera-with-format", "Use a camera with one of: {formats}.",
-                              formats=list(PIXEL_FORMATS)), reason="pixel-format")
+        raise Unavailable(
+            say("industrial.no-format", "The camera has no supported pixel format."),
+            say(
+                "industrial.camera-with-format",
+                "Use a camera with one of: {formats}.",
+                formats=list(PIXEL_FORMATS),
+            ),
+            reason="pixel-format",
+        )
     if chosen != node.value:
         nodes.set("PixelFormat", chosen)

@@ -55,18 +55,45 @@ class Feature:
     resizes: bool = False
 
 
-FEATURES = {one.name: one for one in (
-    Feature("exposure", "Exposure time", ("ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw"), "µs", "ExposureAuto"),
-    Feature("gain", "Gain", ("Gain", "GainRaw"), "", "GainAuto"),
-    Feature("white_balance_red", "White balance, red", ("BalanceRatio", "BalanceRatioAbs"), "", "BalanceWhiteAuto",
-            which=("BalanceRatioSelector", "Red")),
-    Feature("white_balance_blue", "White balance, blue", ("BalanceRatio", "BalanceRatioAbs"), "", "BalanceWhiteAuto",
-            which=("BalanceRatioSelector", "Blue")),
-    Feature("width", "Width", ("Width",), "px", resizes=True),
-    Feature("height", "Height", ("Height",), "px", resizes=True),
-    Feature("frame_rate", "Frame rate", ("AcquisitionFrameRate", "AcquisitionFrameRateAbs"), "Hz",
-            "AcquisitionFrameRateAuto", ("AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled")),
-)}
+FEATURES = {
+    one.name: one
+    for one in (
+        Feature(
+            "exposure",
+            "Exposure time",
+            ("ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw"),
+            "µs",
+            "ExposureAuto",
+        ),
+        Feature("gain", "Gain", ("Gain", "GainRaw"), "", "GainAuto"),
+        Feature(
+            "white_balance_red",
+            "White balance, red",
+            ("BalanceRatio", "BalanceRatioAbs"),
+            "",
+            "BalanceWhiteAuto",
+            which=("BalanceRatioSelector", "Red"),
+        ),
+        Feature(
+            "white_balance_blue",
+            "White balance, blue",
+            ("BalanceRatio", "BalanceRatioAbs"),
+            "",
+            "BalanceWhiteAuto",
+            which=("BalanceRatioSelector", "Blue"),
+        ),
+        Feature("width", "Width", ("Width",), "px", resizes=True),
+        Feature("height", "Height", ("Height",), "px", resizes=True),
+        Feature(
+            "frame_rate",
+            "Frame rate",
+            ("AcquisitionFrameRate", "AcquisitionFrameRateAbs"),
+            "Hz",
+            "AcquisitionFrameRateAuto",
+            ("AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"),
+        ),
+    )
+}
 
 
 def controls_of(nodes: NodeMap) -> tuple[Control, ...]:
@@ -87,11 +114,18 @@ def read_control(nodes: NodeMap, feature: Feature) -> Control | None:
         return None
     _, node = found
     automatic = _automatic(nodes, feature)
-    settable = node.writable or automatic is not None or feature.resizes or _enable_of(nodes, feature) is not None
+    settable = (
+        node.writable
+        or automatic is not None
+        or feature.resizes
+        or _enable_of(nodes, feature) is not None
+    )
     if not settable or not abs(node.value) < UNBOUNDED:
         return None
     unit = "µs" if node.unit == "us" else node.unit or feature.unit
-    return Control(feature.name, feature.label, node.kind, node.value, unit, node.range, (), automatic)
+    return Control(
+        feature.name, feature.label, node.kind, node.value, unit, node.range, (), automatic
+    )
 
 
 def write_control(nodes: NodeMap, name: str, value: Any) -> Control:
@@ -145,7 +179,9 @@ def _automatic(nodes: NodeMap, feature: Feature) -> bool | None:
 
 
 def _enable_of(nodes: NodeMap, feature: Feature) -> str | None:
-    return next((name for name in feature.enable if (node := nodes.get(name)) and node.kind == "bool"), None)
+    return next(
+        (name for name in feature.enable if (node := nodes.get(name)) and node.kind == "bool"), None
+    )
 
 
 def _number(feature: Feature, node: Node, value: Any) -> float | int:
@@ -161,4 +197,6 @@ def _number(feature: Feature, node: Node, value: Any) -> float | int:
 
 
 def _allowed(node: Node) -> str:
-    return f"a number from {node.range[0]:.10g} to {node.range[1]:.10g}" if node.range else "a number"
+    return (
+        f"a number from {node.range[0]:.10g} to {node.range[1]:.10g}" if node.range else "a number"
+    )

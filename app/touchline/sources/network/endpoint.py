@@ -27,21 +27,36 @@ from touchline.core.statements import Sentence, say
 from touchline.sources.address import NOT_VALID
 
 CHECK_SWITCHED_ON = say("network.check-switched-on", "Check that it is switched on.")
-NOTHING_THERE = {"http": say("network.no-answer-at-path", "The camera has nothing under this path."),
-                 "rtsp": say("network.no-stream-at-path", "The camera has no stream under this path.")}
+NOTHING_THERE = {
+    "http": say("network.no-answer-at-path", "The camera has nothing under this path."),
+    "rtsp": say("network.no-stream-at-path", "The camera has no stream under this path."),
+}
 PATHS = {"http": "MJPEG", "rtsp": "RTSP"}
 
 PAIR = re.compile(r'([a-z][a-z0-9_-]*)\s*=\s*(?:"((?:[^"\\]|\\.)*)"|([^\s,"]+))', re.IGNORECASE)
 HASHES = {"md5": md5, "sha-256": sha256}
 
 PORTS = {"rtsp": 554, "http": 80, "https": 443}
-NAME = re.compile(r"(?=.{1,253}\.?$)([a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.)*[a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.?",
-                  re.IGNORECASE)
+NAME = re.compile(
+    r"(?=.{1,253}\.?$)([a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.)*[a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.?",
+    re.IGNORECASE,
+)
 # the last label of 127.1, 0x7f.1, 2130706433
 NUMBER = re.compile(r"0x[0-9a-f]*|[0-9]+", re.IGNORECASE)
 # clouds' services that hand out keys; most others are link-local
-METADATA = frozenset(map(ipaddress.ip_address, (
-    "169.254.169.254", "100.100.100.200", "168.63.129.16", "192.0.0.192", "fd00:ec2::254", "fd20:ce::254")))
+METADATA = frozenset(
+    map(
+        ipaddress.ip_address,
+        (
+            "169.254.169.254",
+            "100.100.100.200",
+            "168.63.129.16",
+            "192.0.0.192",
+            "fd00:ec2::254",
+            "fd20:ce::254",
+        ),
+    )
+)
 THIS_NETWORK = ipaddress.ip_network("0.0.0.0/8")
 NAT64, V4_COMPATIBLE = ipaddress.ip_network("64:ff9b::/96"), ipaddress.ip_network("::/96")
 NEIGHBOURS = Path("/proc/net/arp")
@@ -52,28 +67,57 @@ THIS_MACHINE = say("host.this-machine", "this machine itself")
 def status_error(status: int, scheme: str) -> Unavailable:
     """Return the error for a status. scheme: "http" or "rtsp"."""
     if 300 <= status < 400:
-        return Unavailable(say("network.redirects", "The camera redirects to another address."),
-                           say("network.enter-that-address", "Enter that address."), reason="camera-redirects")
+        return Unavailable(
+            say("network.redirects", "The camera redirects to another address."),
+            say("network.enter-that-address", "Enter that address."),
+            reason="camera-redirects",
+        )
     if status in (401, 403):
-        return Unavailable(say("network.login-refused", "The camera does not accept the user name and password."),
-                           say("network.enter-login", "Enter them as {scheme}://user:password@host/…", scheme=scheme),
-                           reason="camera-login")
+        return Unavailable(
+            say("network.login-refused", "The camera does not accept the user name and password."),
+            say(
+                "network.enter-login",
+                "Enter them as {scheme}://user:password@host/…",
+                scheme=scheme,
+            ),
+            reason="camera-login",
+        )
     if status == 404:
-        return Unavailable(NOTHING_THERE[scheme], say("network.see-manual", "See its manual for its {protocol} path.",
-                                                      protocol=PATHS[scheme]), reason="unknown-stream")
-    return Unavailable(say("network.refused", "The camera refused the request with {protocol} status {status}.",
-                           protocol=scheme.upper(), status=status),
-                       say("network.check-settings", "Check its settings, or restart it."), reason="camera-refuses")
+        return Unavailable(
+            NOTHING_THERE[scheme],
+            say(
+                "network.see-manual",
+                "See its manual for its {protocol} path.",
+                protocol=PATHS[scheme],
+            ),
+            reason="unknown-stream",
+        )
+    return Unavailable(
+        say(
+            "network.refused",
+            "The camera refused the request with {protocol} status {status}.",
+            protocol=scheme.upper(),
+            status=status,
+        ),
+        say("network.check-settings", "Check its settings, or restart it."),
+        reason="camera-refuses",
+    )
 
 
 def silent() -> Unavailable:
-    return Unavailable(SENDS_NO_IMAGES, say("network.check-network", "Check the camera and its network."),
-                       reason="camera-silent")
+    return Unavailable(
+        SENDS_NO_IMAGES,
+        say("network.check-network", "Check the camera and its network."),
+        reason="camera-silent",
+    )
 
 
 def connection_lost() -> Unavailable:
-    return Unavailable(say("network.connection-lost", "The connection to the camera was lost."), CHECK_SWITCHED_ON,
-                       reason="camera-gone")
+    return Unavailable(
+        say("network.connection-lost", "The connection to the camera was lost."),
+        CHECK_SWITCHED_ON,
+        reason="camera-gone",
+    )
 
 
 class Login:
@@ -114,19 +158,29 @@ class Login:
         return None
 
     def _digest(self, method: str, uri: str, challenge: dict[str, str]) -> str:
-        algorithm, realm, nonce = challenge.get("algorithm", "MD5"), challenge.get("realm", ""), challenge["nonce"]
+        algorithm, realm, nonce = (
+            challenge.get("algorithm", "MD5"),
+            challenge.get("realm", ""),
+            challenge["nonce"],
+        )
 
         def hashed(text: str) -> str:
             return HASHES[algorithm.lower()](text.encode()).hexdigest()
 
-        identity, request = hashed(f"{self._user}:{realm}:{self._password}"), hashed(f"{method}:{uri}")
+        identity, request = (
+            hashed(f"{self._user}:{realm}:{self._password}"),
+            hashed(f"{method}:{uri}"),
+        )
         user = self._user.replace("\\", "\\\\").replace('"', '\\"')
         fields = {"username": user, "realm": realm, "nonce": nonce, "uri": uri}
         bare = f", algorithm={algorithm}" if "algorithm" in challenge else ""
         if "qop" in challenge:
             self._count += 1
             count, ours = f"{self._count:08x}", secrets.token_hex(8)
-            fields |= {"cnonce": ours, "response": hashed(f"{identity}:{nonce}:{count}:{ours}:auth:{request}")}
+            fields |= {
+                "cnonce": ours,
+                "response": hashed(f"{identity}:{nonce}:{count}:{ours}:auth:{request}"),
+            }
             bare += f", qop=auth, nc={count}"
         else:
             fields["response"] = hashed(f"{identity}:{nonce}:{request}")
@@ -152,7 +206,9 @@ class Endpoint:
     @classmethod
     def of(cls, scheme: str, target: str) -> Self:
         """Parse everything between :// and #; BadInput for what leaves any doubt about the host."""
-        wrong = BadInput(NOT_VALID, say("address.network-form", FORM, scheme=scheme), reason="bad-source")
+        wrong = BadInput(
+            NOT_VALID, say("address.network-form", FORM, scheme=scheme), reason="bad-source"
+        )
         if "\\" in target or any(c.isspace() for c in target.partition("/")[0]):
             # some programs take a backslash for a slash: then they and we would mean different
             # hosts
@@ -160,14 +216,22 @@ class Endpoint:
         try:
             parts = urlsplit(f"{scheme}://{target}")
             port = PORTS[scheme] if parts.port is None else parts.port
-            user, password = (unquote(part or "", errors="strict") for part in (parts.username, parts.password))
+            user, password = (
+                unquote(part or "", errors="strict") for part in (parts.username, parts.password)
+            )
         except ValueError:
             raise wrong from None
         host = (parts.hostname or "").lower()
-        if parts.netloc.count("@") > 1 or port == 0 or not _is_host(host) or not (user + password).isprintable():
+        if (
+            parts.netloc.count("@") > 1
+            or port == 0
+            or not _is_host(host)
+            or not (user + password).isprintable()
+        ):
             raise wrong
         resource = quote(parts.path or "/", safe="/%:@!$&'()*+,;=~") + (
-            "?" + quote(parts.query, safe="/%:@!$&'()*+,;=~?[]") if parts.query else "")
+            "?" + quote(parts.query, safe="/%:@!$&'()*+,;=~?[]") if parts.query else ""
+        )
         return cls(scheme, host.removesuffix("."), port, resource, user, password)
 
     @property
@@ -187,20 +251,36 @@ def connect(endpoint: Endpoint, allowed: Iterable[str], deadline: float) -> sock
     for address in addresses:
         why = why_forbidden(address)
         if why and not is_allowed(endpoint, address, allowed):
-            raise BadInput(say("network.forbidden-host", "{host} is {kind}, which is not allowed for cameras.",
-                               host=endpoint.host, kind=why),
-                           say("network.allow-host", "To allow it, add it to the settings under sources: "
-                               "allowed_hosts."), reason="forbidden-host")
+            raise BadInput(
+                say(
+                    "network.forbidden-host",
+                    "{host} is {kind}, which is not allowed for cameras.",
+                    host=endpoint.host,
+                    kind=why,
+                ),
+                say(
+                    "network.allow-host",
+                    "To allow it, add it to the settings under sources: allowed_hosts.",
+                ),
+                reason="forbidden-host",
+            )
     for address in addresses:
         try:
-            line = socket.create_connection((str(address), endpoint.port), max(0.01, deadline - time.monotonic()))
+            line = socket.create_connection(
+                (str(address), endpoint.port), max(0.01, deadline - time.monotonic())
+            )
         except OSError:
             continue
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return line
-    raise Unavailable(say("network.no-response", "No response from {address}.", address=endpoint.authority),
-                      say("network.check-address", "Check that the camera is switched on, and that address and port "
-                          "are correct."), reason="camera-unreachable")
+    raise Unavailable(
+        say("network.no-response", "No response from {address}.", address=endpoint.authority),
+        say(
+            "network.check-address",
+            "Check that the camera is switched on, and that address and port are correct.",
+        ),
+        reason="camera-unreachable",
+    )
 
 
 def why_forbidden(address: Address) -> Sentence | None:
@@ -209,7 +289,11 @@ def why_forbidden(address: Address) -> Sentence | None:
         return why_forbidden(inner) or None
     if address in METADATA:
         return say("host.metadata-service", "a cloud's metadata service")
-    if address.is_unspecified or address.is_loopback or (address.version == 4 and address in THIS_NETWORK):
+    if (
+        address.is_unspecified
+        or address.is_loopback
+        or (address.version == 4 and address in THIS_NETWORK)
+    ):
         return THIS_MACHINE
     if address.is_link_local or (address.version == 6 and address.is_site_local):
         return say("host.link-local", "a link-local address")
@@ -243,7 +327,14 @@ def hardware_address(line: socket.socket, table: Path = NEIGHBOURS) -> str:
         rows = [row.split() for row in table.read_text("ascii").splitlines()]
     except (OSError, ValueError):
         return ""
-    return next((row[3].lower() for row in rows if len(row) > 3 and row[0] == ip and row[3] != "00:00:00:00:00:00"), "")
+    return next(
+        (
+            row[3].lower()
+            for row in rows
+            if len(row) > 3 and row[0] == ip and row[3] != "00:00:00:00:00:00"
+        ),
+        "",
+    )
 
 
 def _resolve(endpoint: Endpoint, deadline: float) -> list[Address]:
@@ -262,11 +353,19 @@ def _resolve(endpoint: Endpoint, deadline: float) -> list[Address]:
         found = answers.get(timeout=max(0.01, deadline - time.monotonic()))
     except queue.Empty:
         found = None
-    addresses = list(dict.fromkeys(ipaddress.ip_address(text.partition("%")[0]) for text in found or ()))
+    addresses = list(
+        dict.fromkeys(ipaddress.ip_address(text.partition("%")[0]) for text in found or ())
+    )
     if not addresses:
-        raise Unavailable(say("network.unknown-host", "The name {host} is unknown on this network.",
-                              host=endpoint.host), say("network.use-ip", "Correct it, or use the camera's IP address."),
-                          reason="unknown-host")
+        raise Unavailable(
+            say(
+                "network.unknown-host",
+                "The name {host} is unknown on this network.",
+                host=endpoint.host,
+            ),
+            say("network.use-ip", "Correct it, or use the camera's IP address."),
+            reason="unknown-host",
+        )
     return addresses
 
 
@@ -276,7 +375,9 @@ def _is_host(host: str) -> bool:
         ipaddress.ip_address(host)
         return "%" not in host
     except ValueError:
-        return bool(NAME.fullmatch(host)) and not NUMBER.fullmatch(host.removesuffix(".").rpartition(".")[2])
+        return bool(NAME.fullmatch(host)) and not NUMBER.fullmatch(
+            host.removesuffix(".").rpartition(".")[2]
+        )
 
 
 def _inner(address: ipaddress.IPv6Address) -> ipaddress.IPv4Address | None:

@@ -51,7 +51,9 @@ class HttpConnection:
         """Send a GET request and return the answer's Content-Type; read_some() or read_all() read its body."""
         for _ in range(LOGIN_TRIES):
             answer = self._get(deadline)
-            if answer.status == 401 and self._login.accept_challenge(answer.headers.get_all("WWW-Authenticate", [])):
+            if answer.status == 401 and self._login.accept_challenge(
+                answer.headers.get_all("WWW-Authenticate", [])
+            ):
                 # The refusal's text is skipped; where there is too much of it, the connection is closed.
                 if len(self.read_all(MAX_REFUSAL, deadline)) > MAX_REFUSAL or answer.will_close:
                     self.close()
@@ -82,8 +84,11 @@ class HttpConnection:
 
     def _get(self, deadline: float) -> http.client.HTTPResponse:
         endpoint = self._endpoint
-        headers = {"Host": endpoint.authority, "Accept": "multipart/x-mixed-replace, image/*",
-                   "User-Agent": "Touchline"}
+        headers = {
+            "Host": endpoint.authority,
+            "Accept": "multipart/x-mixed-replace, image/*",
+            "User-Agent": "Touchline",
+        }
         if (login := self._login.header("GET", endpoint.resource)) is not None:
             headers["Authorization"] = login
         for fresh in (False, True):
@@ -113,10 +118,18 @@ class HttpConnection:
                 line = context.wrap_socket(line, server_hostname=endpoint.host)
             except ssl.SSLCertVerificationError:
                 line.close()
-                raise Unavailable(say("network.certificate", "This machine does not trust the camera's certificate."),
-                                  say("network.install-certificate", "Install the certificate on this machine, or "
-                                      "add #trust=any to the end of the address."),
-                                  reason="camera-certificate") from None
+                raise Unavailable(
+                    say(
+                        "network.certificate",
+                        "This machine does not trust the camera's certificate.",
+                    ),
+                    say(
+                        "network.install-certificate",
+                        "Install the certificate on this machine, or "
+                        "add #trust=any to the end of the address.",
+                    ),
+                    reason="camera-certificate",
+                ) from None
             except (OSError, ValueError):
                 line.close()
                 raise connection_lost() from None

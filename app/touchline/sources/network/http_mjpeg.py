@@ -78,7 +78,7 @@ class MultipartParser:
         if self._length is not None:
             if len(self._data) < self._length:
                 return None
-            part = bytes(self._data[:self._length])
+            part = bytes(self._data[: self._length])
             self._leave(self._length)
             return part
         at = self._find_mark()
@@ -96,7 +96,11 @@ class MultipartParser:
         if at < 0:
             return False
         head = at + len(self._mark)
-        ends = [(end, end + len(gap)) for gap in (b"\r\n\r\n", b"\n\n") if (end := self._data.find(gap, head)) >= 0]
+        ends = [
+            (end, end + len(gap))
+            for gap in (b"\r\n\r\n", b"\n\n")
+            if (end := self._data.find(gap, head)) >= 0
+        ]
         if not ends:
             self._looked = at
             if len(self._data) - head > MAX_HEAD:
@@ -135,13 +139,26 @@ class HttpSource(BaseSource):
     HELP: ClassVar = "A stream of JPEG images, or a single image that is requested repeatedly."
     TARGET: ClassVar = "user:password@host:port/path"
     OPTIONS: ClassVar = (
-        Option("fps", "float", 5.0, "Frames per second, if the address returns a single image.", (0.1, 240)),
-        Option("trust", "choice", "known", "Accepted certificates: only those that this machine trusts, or any.",
-               choices=("known", "any")),
+        Option(
+            "fps",
+            "float",
+            5.0,
+            "Frames per second, if the address returns a single image.",
+            (0.1, 240),
+        ),
+        Option(
+            "trust",
+            "choice",
+            "known",
+            "Accepted certificates: only those that this machine trusts, or any.",
+            choices=("known", "any"),
+        ),
     )
     SCHEME: ClassVar = "http"
 
-    def __init__(self, line: HttpConnection, fps: float, read_image: Callable[[bytes], Frame]) -> None:
+    def __init__(
+        self, line: HttpConnection, fps: float, read_image: Callable[[bytes], Frame]
+    ) -> None:
         self._fps = fps
         self._pictures = PictureReader(read_image)
         self._line: HttpConnection | None = line
@@ -154,7 +171,9 @@ class HttpSource(BaseSource):
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         read_image = require_decoder(context.read)
-        line = HttpConnection(Endpoint.of(cls.SCHEME, target), context.hosts, options["trust"] == "any")
+        line = HttpConnection(
+            Endpoint.of(cls.SCHEME, target), context.hosts, options["trust"] == "any"
+        )
         opened = cls(line, options["fps"], read_image)
         try:
             kind = line.request(time.monotonic() + OPEN_S)
@@ -165,9 +184,13 @@ class HttpSource(BaseSource):
         boundary = boundary_of(kind)
         if boundary is None and not kind.lower().startswith("image/"):
             opened.close()
-            raise Unavailable(say("network.no-mjpeg", "The address returns neither an MJPEG stream nor an image."),
-                              say("network.mjpeg-path", "See the camera's manual for its MJPEG path."),
-                              reason="unknown-stream")
+            raise Unavailable(
+                say(
+                    "network.no-mjpeg", "The address returns neither an MJPEG stream nor an image."
+                ),
+                say("network.mjpeg-path", "See the camera's manual for its MJPEG path."),
+                reason="unknown-stream",
+            )
         opened._parts = MultipartParser(boundary) if boundary else None
         opened._answered = True
         return opened
@@ -179,14 +202,21 @@ class HttpSource(BaseSource):
         try:
             while self.skipped - before < MAX_BAD_PARTS:
                 try:
-                    return self._from_stream(line, self._parts, deadline) if self._parts else self._single_picture(line)
+                    return (
+                        self._from_stream(line, self._parts, deadline)
+                        if self._parts
+                        else self._single_picture(line)
+                    )
                 except (BadImage, PartTooLarge):
                     self.skipped += 1
         except Unavailable:
             if self.skipped == before:
                 raise
-        raise Unavailable(say("network.bad-images", "The camera sends images in an unsupported format."),
-                          say("network.set-mjpeg", "Set it to MJPEG, or check its network."), reason="bad-pictures")
+        raise Unavailable(
+            say("network.bad-images", "The camera sends images in an unsupported format."),
+            say("network.set-mjpeg", "Set it to MJPEG, or check its network."),
+            reason="bad-pictures",
+        )
 
     def close(self) -> None:
         if self._line is not None:
@@ -198,8 +228,11 @@ class HttpSource(BaseSource):
         while not self._waiting:
             some = line.read_some(deadline)
             if not some:
-                raise Unavailable(say("network.stream-ended", "The camera ended the stream."), CHECK_SWITCHED_ON,
-                                  reason="camera-gone")
+                raise Unavailable(
+                    say("network.stream-ended", "The camera ended the stream."),
+                    CHECK_SWITCHED_ON,
+                    reason="camera-gone",
+                )
             self._waiting += parts.feed(some)
             # Without a stated length the end of a part is marked only when the next one begins, a frame late.
             if not self._waiting and (maybe := parts.pending_jpeg()) is not None:

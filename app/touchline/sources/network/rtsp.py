@@ -104,7 +104,9 @@ class RtspRelay:
             line.setblocking(True)
             poll.register(line, select.POLLIN)
         while True:
-            wait_s = last_packet_s + self._stall_s - time.monotonic() if self._playing else self._stall_s
+            wait_s = (
+                last_packet_s + self._stall_s - time.monotonic() if self._playing else self._stall_s
+            )
             ready = {fd for fd, _ in poll.poll(max(0, wait_s) * 1000)}
             if ffmpeg.fileno() in ready:
                 data = ffmpeg.recv(READ_BYTES)
@@ -115,8 +117,11 @@ class RtspRelay:
             if self._camera.fileno() in ready:
                 data = self._camera.recv(READ_BYTES)
                 if not data:
-                    raise Unavailable(say("network.connection-ended", "The camera ended the connection."),
-                                      CHECK_SWITCHED_ON, reason="camera-gone")
+                    raise Unavailable(
+                        say("network.connection-ended", "The camera ended the connection."),
+                        CHECK_SWITCHED_ON,
+                        reason="camera-gone",
+                    )
                 self._from_camera += data
                 if self._packets(ffmpeg):
                     last_packet_s = time.monotonic()
@@ -128,7 +133,7 @@ class RtspRelay:
         data, at, start = self._from_camera, 0, 0
         while at < len(data):
             if data[at] == 0x24:  # "$": channel, length, an RTP packet
-                end = at + 4 + int.from_bytes(data[at + 2:at + 4], "big")
+                end = at + 4 + int.from_bytes(data[at + 2 : at + 4], "big")
                 if len(data) < max(end, at + 4):
                     break
                 at = end
@@ -142,7 +147,9 @@ class RtspRelay:
             if found < 0 or len(data) < end:
                 break
             ffmpeg.sendall(memoryview(data)[start:at].tobytes())
-            self._reply(ffmpeg, data[at:found].decode("utf-8", "replace"), bytes(data[found + 4:end]))
+            self._reply(
+                ffmpeg, data[at:found].decode("utf-8", "replace"), bytes(data[found + 4 : end])
+            )
             start = at = end
         if at > start:
             ffmpeg.sendall(data[start:at])
@@ -166,7 +173,7 @@ class RtspRelay:
                     raise connection_lost()
                 return
             text = data[:end].decode("ascii", "replace")
-            del data[:end + 4]
+            del data[: end + 4]
             first, _, rest = text.partition("\r\n")
             method, uri, _ = first.split(" ", 2)
             number = re.search(r"(?mi)^CSeq:\s*(\d+)", text)
@@ -174,15 +181,24 @@ class RtspRelay:
                 uri = self._real + uri.removeprefix(self._ours)
             elif number is None or not uri.startswith("rtsp://") or self._number == 0:
                 raise connection_lost()  # a stranger on this machine
-            self._ask(method, uri, re.sub(r"(?mi)^CSeq:.*\r?\n?", "", rest).encode(), int(number[1]))
+            self._ask(
+                method, uri, re.sub(r"(?mi)^CSeq:.*\r?\n?", "", rest).encode(), int(number[1])
+            )
 
     def _ask(self, method: str, uri: str, rest: bytes, theirs: int) -> None:
         self._number += 1
         self._pending[self._number] = (method, uri, rest, theirs)
         login = self._login.header(method, uri)
-        lines = [f"{method} {uri} RTSP/1.0", f"CSeq: {self._number}", *([f"Authorization: {login}"] if login else [])]
-        self._camera.sendall("\r\n".join(lines).encode() + b"\r\n" + rest.strip() + b"\r\n\r\n"
-                             if rest.strip() else "\r\n".join(lines).encode() + b"\r\n\r\n")
+        lines = [
+            f"{method} {uri} RTSP/1.0",
+            f"CSeq: {self._number}",
+            *([f"Authorization: {login}"] if login else []),
+        ]
+        self._camera.sendall(
+            "\r\n".join(lines).encode() + b"\r\n" + rest.strip() + b"\r\n\r\n"
+            if rest.strip()
+            else "\r\n".join(lines).encode() + b"\r\n\r\n"
+        )
 
     def _reply(self, ffmpeg: socket.socket, head: str, body: bytes) -> None:
         """Forward a reply, or act on one that is not for FFmpeg."""
@@ -197,7 +213,9 @@ class RtspRelay:
         if request is None:
             return
         code = int(status[1])
-        if code == 401 and self._login.accept_challenge(re.findall(r"(?mi)^WWW-Authenticate:\s*(.*?)\s*$", head)):
+        if code == 401 and self._login.accept_challenge(
+            re.findall(r"(?mi)^WWW-Authenticate:\s*(.*?)\s*$", head)
+        ):
             self._ask(*request)
             return
         if 300 <= code <= 401 or (code > 401 and request[0] in ("DESCRIBE", "SETUP", "PLAY")):
@@ -214,11 +232,20 @@ class RtspSource(BaseSource):
     HELP: ClassVar = "A stream of H.264, H.265 or MJPEG, supported by most network cameras."
     TARGET: ClassVar = "user:password@host:port/path"
     OPTIONS: ClassVar = (
-        Option("open_s", "float", 2.0, "Time limit for opening the stream. Increase it for a camera that sends a key "
-                                       "frame only every few seconds.", (0.5, 30), "s"),
+        Option(
+            "open_s",
+            "float",
+            2.0,
+            "Time limit for opening the stream. Increase it for a camera that sends a key "
+            "frame only every few seconds.",
+            (0.5, 30),
+            "s",
+        ),
     )
 
-    def __init__(self, endpoint: Endpoint, options: Mapping[str, Any], context: SourceContext) -> None:
+    def __init__(
+        self, endpoint: Endpoint, options: Mapping[str, Any], context: SourceContext
+    ) -> None:
         self._endpoint, self._open_s, self._hosts = endpoint, options["open_s"], context.hosts
         self._pictures = None if context.read is None else PictureReader(context.read)
         self._relay: RtspRelay | None = None
@@ -252,16 +279,23 @@ class RtspSource(BaseSource):
 
     def _connect(self) -> None:
         from touchline.sources.ffmpeg import VideoDecoder
+
         deadline = time.monotonic() + self._open_s
         line = connect(self._endpoint, self._hosts, deadline)
         self._hardware = hardware_address(line)
         self._relay = relay = RtspRelay(line, self._endpoint, stall_s=READ_S)
         # A camera may take as long to its first whole picture as to open; later the relay is the stricter one.
-        self._decoder = VideoDecoder.open(relay.url, open_s=max(0.1, deadline - time.monotonic()),
-                                          read_s=max(READ_S, self._open_s - 0.5), threads=1)
+        self._decoder = VideoDecoder.open(
+            relay.url,
+            open_s=max(0.1, deadline - time.monotonic()),
+            read_s=max(READ_S, self._open_s - 0.5),
+            threads=1,
+        )
         if self._decoder is None:
             problem = relay.problem
             self.close()
-            raise problem or Unavailable(say("network.no-stream-in-time", "The camera did not send a stream in time."),
-                                         say("network.check-path", "Check its path, or allow more time: #open_s=5."),
-                                         reason="camera-silent")
+            raise problem or Unavailable(
+                say("network.no-stream-in-time", "The camera did not send a stream in time."),
+                say("network.check-path", "Check its path, or allow more time: #open_s=5."),
+                reason="camera-silent",
+            )

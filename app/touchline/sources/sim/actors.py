@@ -14,7 +14,17 @@ from numpy.typing import NDArray
 from touchline.core.field import Field, Region
 from touchline.core.geometry import as_pair, as_triple
 from touchline.core.ssl_pattern import DOT_MM, DOTS_MM, GREEN, TEAM_DOT_MM
-from touchline.sources.sim.solids import Ball, Box, Capsule, Colour, CutDisc, Disc, Prism, Solid, Spot
+from touchline.sources.sim.solids import (
+    Ball,
+    Box,
+    Capsule,
+    Colour,
+    CutDisc,
+    Disc,
+    Prism,
+    Solid,
+    Spot,
+)
 
 _KICK_S = 2.5  # from one kick to the next
 _KICKS = 64  # then they come again, from where the ball is by then
@@ -26,7 +36,12 @@ YELLOW, BLUE = (40.0, 214.0, 246.0), (210.0, 96.0, 24.0)  # BGR
 PINK, LIME = (190.0, 92.0, 250.0), (92.0, 232.0, 110.0)
 ORANGE = (30.0, 112.0, 250.0)
 HULL, HAT = (34.0, 33.0, 32.0), (20.0, 20.0, 20.0)
-WHITE, SKIN, HAIR, JEANS = (215.0, 220.0, 222.0), (140.0, 170.0, 214.0), (28.0, 34.0, 42.0), (96.0, 66.0, 48.0)
+WHITE, SKIN, HAIR, JEANS = (
+    (215.0, 220.0, 222.0),
+    (140.0, 170.0, 214.0),
+    (28.0, 34.0, 42.0),
+    (96.0, 66.0, 48.0),
+)
 # A small robot's colour beside its team's, by its number.
 PURPLE, CYAN, RED = (214.0, 52.0, 120.0), (222.0, 214.0, 60.0), (44.0, 30.0, 222.0)
 OWN_COLOURS = (LIME, PINK, CYAN, PURPLE, RED)
@@ -55,7 +70,11 @@ class Motion:
         return self.ball or self.robots > 0
 
     def speed_in(self, region: Region) -> float:
-        return 0.1 * hypot(region.width_mm, region.height_mm) if self.speed_mm_s is None else self.speed_mm_s
+        return (
+            0.1 * hypot(region.width_mm, region.height_mm)
+            if self.speed_mm_s is None
+            else self.speed_mm_s
+        )
 
 
 @dataclass(frozen=True)
@@ -99,10 +118,21 @@ def _orbits(play: Motion, region: Region, radius_mm: float) -> tuple[NDArray, ..
     i = np.arange(n)
     reach = np.maximum(part / 2 - 1.3 * radius_mm, 0)
     orbit = reach * rng.uniform(0.35, 0.75, (n, 2))
-    turn = (rng.uniform(0.7, 1.3, n) * rng.choice([-1, 1], n) * play.speed_in(region)
-            / np.maximum(orbit.mean(axis=1), radius_mm))
-    return ((np.stack([i % columns, i // columns], axis=1) + 0.5) * part, orbit, reach - orbit, turn,
-            rng.uniform(0, 2 * pi, n), turn[:, None] * rng.uniform(0.1, 0.2, (n, 2)), rng.uniform(0, 2 * pi, (n, 2)))
+    turn = (
+        rng.uniform(0.7, 1.3, n)
+        * rng.choice([-1, 1], n)
+        * play.speed_in(region)
+        / np.maximum(orbit.mean(axis=1), radius_mm)
+    )
+    return (
+        (np.stack([i % columns, i // columns], axis=1) + 0.5) * part,
+        orbit,
+        reach - orbit,
+        turn,
+        rng.uniform(0, 2 * pi, n),
+        turn[:, None] * rng.uniform(0.1, 0.2, (n, 2)),
+        rng.uniform(0, 2 * pi, (n, 2)),
+    )
 
 
 def robots_at(play: Motion, field: Field, region: Region, time_s: float) -> list[RobotTruth]:
@@ -110,17 +140,31 @@ def robots_at(play: Motion, field: Field, region: Region, time_s: float) -> list
     if not play.robots:
         return []
     size = robot_size(field)
-    middle, orbit, wander, turn, start, slow_turn, slow_start = _orbits(play, region, size["radius_mm"])
+    middle, orbit, wander, turn, start, slow_turn, slow_start = _orbits(
+        play, region, size["radius_mm"]
+    )
     phase, slow = start + turn * time_s, slow_start + slow_turn * time_s
-    place = middle + orbit * np.stack([np.cos(phase), np.sin(phase)], axis=1) + wander * np.sin(slow)
-    speed = (turn[:, None] * orbit * np.stack([-np.sin(phase), np.cos(phase)], axis=1)
-             + wander * slow_turn * np.cos(slow))
+    place = (
+        middle + orbit * np.stack([np.cos(phase), np.sin(phase)], axis=1) + wander * np.sin(slow)
+    )
+    speed = turn[:, None] * orbit * np.stack(
+        [-np.sin(phase), np.cos(phase)], axis=1
+    ) + wander * slow_turn * np.cos(slow)
     at, to = region.field_from_region(place), region.field_from_region(place + speed)
     moves = to - at
     angle = np.where(np.hypot(*moves.T) > 0, np.arctan2(moves[:, 1], moves[:, 0]), phase % (2 * pi))
     numbers = _numbers(play)
-    return [RobotTruth("yellow" if i % 2 else "blue", numbers[i], *as_pair(at[i]), float(angle[i]), size["height_mm"],
-                       *as_pair(moves[i])) for i in range(play.robots)]
+    return [
+        RobotTruth(
+            "yellow" if i % 2 else "blue",
+            numbers[i],
+            *as_pair(at[i]),
+            float(angle[i]),
+            size["height_mm"],
+            *as_pair(moves[i]),
+        )
+        for i in range(play.robots)
+    ]
 
 
 @lru_cache(maxsize=16)
@@ -147,7 +191,9 @@ def ball_at(play: Motion, field: Field, region: Region, time_s: float) -> Spot:
     room = 0.96 * size
     start = np.random.default_rng([play.seed, 2]).uniform(0.2, 0.8, 2) * room
     # A ball that bounces off an edge is one that goes straight on in the edge's mirror.
-    x, y = region.field_from_region(0.02 * size + room - np.abs((start + rolled) % (2 * room) - room))
+    x, y = region.field_from_region(
+        0.02 * size + room - np.abs((start + rolled) % (2 * room) - room)
+    )
     return float(x), float(y)
 
 
@@ -175,7 +221,9 @@ def people_at(play: Motion, region: Region, time_s: float) -> list[PersonTruth]:
             continue
         walked = pace * play.walk_mm_s * time_s
         near = walked + np.linspace(-_ROUNDING_MM, _ROUNDING_MM, 9)
-        path = np.stack([np.interp(near, ends, corners[:, k], period=ends[-1]) for k in (0, 1)], axis=1)
+        path = np.stack(
+            [np.interp(near, ends, corners[:, k], period=ends[-1]) for k in (0, 1)], axis=1
+        )
         (x, y), (dx, dy) = path.mean(axis=0), path[-1] - path[0]
         found.append(PersonTruth(float(x), float(y), atan2(dy, dx), float(walked)))
     return found
@@ -196,22 +244,34 @@ def _walk(region: Region, seed: int, person: int) -> tuple[NDArray, NDArray, flo
         # now and then along an edge
         side = side if i % 3 == 2 else int((side + rng.integers(1, 4)) % 4)
         stops.append((side, float(rng.uniform(0.05, 0.95))))
-    corners = np.stack([region.field_from_region(_at_edge(region, *stop)) for stop in [*stops, stops[0]]])
+    corners = np.stack(
+        [region.field_from_region(_at_edge(region, *stop)) for stop in [*stops, stops[0]]]
+    )
     ends = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     inward = atan2(np.mean(region.y_mm) - corners[0, 1], np.mean(region.x_mm) - corners[0, 0])
     return corners, ends, float(rng.uniform(0.8, 1.2)), inward + float(rng.uniform(-0.5, 0.5))
 
 
-def moving(play: Motion, field: Field, region: Region, time_s: float, eye: tuple[float, float, float]) -> list[Solid]:
+def moving(
+    play: Motion, field: Field, region: Region, time_s: float, eye: tuple[float, float, float]
+) -> list[Solid]:
     """Return everything that moves, in drawing order: what is farther from the camera first."""
     robots = robots_at(play, field, region, time_s)
     people = people_at(play, region, time_s)
-    groups: list[tuple[Spot, list[Solid]]] = [((r.x_mm, r.y_mm), [_robot(r, robot_size(field))]) for r in robots]
-    drawn = (np.random.default_rng([play.seed, 8, i]).uniform(40, 190, 3) for i in range(play.people))
+    groups: list[tuple[Spot, list[Solid]]] = [
+        ((r.x_mm, r.y_mm), [_robot(r, robot_size(field))]) for r in robots
+    ]
+    drawn = (
+        np.random.default_rng([play.seed, 8, i]).uniform(40, 190, 3) for i in range(play.people)
+    )
     shirts = [as_triple(colour) for colour in drawn]
-    groups += [((p.x_mm, p.y_mm), _person(p, f"person {i}", shirts[i])) for i, p in enumerate(people)]
+    groups += [
+        ((p.x_mm, p.y_mm), _person(p, f"person {i}", shirts[i])) for i, p in enumerate(people)
+    ]
     groups.sort(key=lambda group: -np.hypot(group[0][0] - eye[0], group[0][1] - eye[1]))
-    ball: list[Solid] = [Ball("ball", ball_at(play, field, region, time_s), ball_radius_mm(field), ORANGE)]
+    ball: list[Solid] = [
+        Ball("ball", ball_at(play, field, region, time_s), ball_radius_mm(field), ORANGE)
+    ]
     return (ball if play.has_ball else []) + [thing for _, things in groups for thing in things]
 
 
@@ -227,14 +287,18 @@ def _robot(robot: RobotTruth, size: dict[str, float]) -> Prism:
     if radius < 70:
         half = radius / float(np.sqrt(2))
         mine = OWN_COLOURS[robot.number % len(OWN_COLOURS)]
-        patches = ((Box(spot(0, half / 2), (0.85 * half, 0.36 * half), robot.angle), team),
-                   (Box(spot(0, -half / 2), (0.85 * half, 0.36 * half), robot.angle), mine))
+        patches = (
+            (Box(spot(0, half / 2), (0.85 * half, 0.36 * half), robot.angle), team),
+            (Box(spot(0, -half / 2), (0.85 * half, 0.36 * half), robot.angle), mine),
+        )
         cube = Box(at, (half, half), robot.angle)
         return Prism(robot.name, cube, at, radius, 2, robot.z_mm, HAT, HULL, patches, 0.35)
     scale = radius / 90
     dots = [(Disc(at, TEAM_DOT_MM / 2 * scale), team)]
     for (ahead, left), green in zip(DOTS_MM, GREEN[robot.number % len(GREEN)], strict=True):
-        dots.append((Disc(spot(ahead * scale, left * scale), DOT_MM / 2 * scale), LIME if green else PINK))
+        dots.append(
+            (Disc(spot(ahead * scale, left * scale), DOT_MM / 2 * scale), LIME if green else PINK)
+        )
     body = CutDisc(at, radius, robot.angle, 0.8 * radius)
     return Prism(robot.name, body, at, radius, 3, robot.z_mm, HAT, HULL, tuple(dots), 0.4)
 
@@ -253,12 +317,28 @@ def goals(field: Field) -> list[Prism]:
     things = []
     for side in (-1, 1):
         front, back = side * field.length_mm / 2, side * (field.length_mm / 2 + depth + 10)
-        walls = (((back, -half), (back, half)), ((front, -half), (back, -half)), ((front, half), (back, half)))
+        walls = (
+            ((back, -half), (back, half)),
+            ((front, -half), (back, -half)),
+            ((front, half), (back, half)),
+        )
         for start, end in walls:
             middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
             half_size = (abs(end[0] - start[0]) / 2 + wall, abs(end[1] - start[1]) / 2 + wall)
-            things.append(Prism("goal", Box(middle, half_size, 0.0), middle, max(half_size) + wall, 0,
-                               goal["height_mm"], WHITE, (150.0, 156.0, 158.0), (), 0.0))
+            things.append(
+                Prism(
+                    "goal",
+                    Box(middle, half_size, 0.0),
+                    middle,
+                    max(half_size) + wall,
+                    0,
+                    goal["height_mm"],
+                    WHITE,
+                    (150.0, 156.0, 158.0),
+                    (),
+                    0.0,
+                )
+            )
     return things
 
 
@@ -268,11 +348,27 @@ def _person(person: PersonTruth, name: str, shirt: Colour) -> list[Solid]:
     things: list[Solid] = []
     for left, turn in ((110.0, 1.0), (-110.0, -1.0)):
         ahead = turn * _STRIDE_MM / 4 * sin(2 * np.pi * person.walked_mm / _STRIDE_MM)
-        things.append(Prism(name, Capsule(spot(ahead - 70, left), spot(ahead + 150, left), 48), spot(ahead + 40, left),
-                           180, 0, 90, (44.0, 44.0, 48.0), (30.0, 30.0, 32.0), (), 0.3))
+        things.append(
+            Prism(
+                name,
+                Capsule(spot(ahead - 70, left), spot(ahead + 150, left), 48),
+                spot(ahead + 40, left),
+                180,
+                0,
+                90,
+                (44.0, 44.0, 48.0),
+                (30.0, 30.0, 32.0),
+                (),
+                0.3,
+            )
+        )
         knee = spot(0.7 * ahead, left * 0.9)
         things.append(Prism(name, Disc(knee, 75), knee, 80, 60, 880, JEANS, JEANS))
     dark = as_triple(0.8 * v for v in shirt)
-    things.append(Prism(name, Capsule(spot(0, 190), spot(0, -190), 120), spot(0, 0), 320, 850, 1450, shirt, dark))
+    things.append(
+        Prism(
+            name, Capsule(spot(0, 190), spot(0, -190), 120), spot(0, 0), 320, 850, 1450, shirt, dark
+        )
+    )
     things.append(Prism(name, Disc(spot(20, 0), 95), spot(20, 0), 100, 1450, 1780, HAIR, SKIN))
     return things

@@ -42,7 +42,9 @@ class OddCurve:
     @cached_property
     def _rise(self) -> NDArray:
         """d gain / d t² times the divisor's square."""
-        return polysub(polymul(polyder(self._above), self._below), polymul(self._above, polyder(self._below)))
+        return polysub(
+            polymul(polyder(self._above), self._below), polymul(self._above, polyder(self._below))
+        )
 
     @cached_property
     def _climb(self) -> NDArray:
@@ -112,8 +114,10 @@ class BrownConrady:
     def _distorted(self, x: NDArray, y: NDArray) -> tuple[NDArray, NDArray]:
         rr = x * x + y * y
         gain = self.radial.gain(rr)
-        return (x * gain + 2 * self.p1 * x * y + self.p2 * (rr + 2 * x * x),
-                y * gain + self.p1 * (rr + 2 * y * y) + 2 * self.p2 * x * y)
+        return (
+            x * gain + 2 * self.p1 * x * y + self.p2 * (rr + 2 * x * x),
+            y * gain + self.p1 * (rr + 2 * y * y) + 2 * self.p2 * x * y,
+        )
 
     def ray_from_plane(self, points: Points) -> Rays:
         """The radial part by its table, then Newton in two dimensions where there is a tangential part."""
@@ -134,7 +138,9 @@ class BrownConrady:
             x, y = np.where(lost, np.nan, x), np.where(lost, np.nan, y)
         return np.stack([x, y, np.where(np.isfinite(x), 1.0, np.nan)], axis=-1)
 
-    def _newton_step(self, x: NDArray, y: NDArray, u: NDArray, v: NDArray) -> tuple[NDArray, NDArray]:
+    def _newton_step(
+        self, x: NDArray, y: NDArray, u: NDArray, v: NDArray
+    ) -> tuple[NDArray, NDArray]:
         rr = x * x + y * y
         gain = self.radial.gain(rr)
         rise = self.radial.rise(rr)
@@ -260,9 +266,20 @@ class SimCamera:
     position_mm: tuple[float, float, float]
 
     @classmethod
-    def above(cls, region: Region, image_size: ImageSize, lens: Lens, *, height_mm: float, tilt_deg: float = 0.0,
-              pan_deg: float = 0.0, roll_deg: float = 0.0, focal_px: float | None = None, fill: float = 0.9,
-              stand_mm: tuple[float, float] | None = None) -> Self:
+    def above(
+        cls,
+        region: Region,
+        image_size: ImageSize,
+        lens: Lens,
+        *,
+        height_mm: float,
+        tilt_deg: float = 0.0,
+        pan_deg: float = 0.0,
+        roll_deg: float = 0.0,
+        focal_px: float | None = None,
+        fill: float = 0.9,
+        stand_mm: tuple[float, float] | None = None,
+    ) -> Self:
         """Place a camera that sees the region with the orientation of the corrected picture.
 
         tilt turns the view up the picture, pan to its right, roll the picture itself. The camera stands where its
@@ -273,18 +290,36 @@ class SimCamera:
         middle = np.array([np.mean(region.x_mm), np.mean(region.y_mm), 0.0])
         ahead = rotation[2]
         if ahead[2] > -0.05:
-            raise BadInput(say("sim.field-out-of-view", "The field is outside the view of the simulated camera."),
-                           say("sim.smaller-tilt", "Use tilt and pan below 80°."), reason="bad-camera")
-        place = middle + ahead * (height_mm / ahead[2]) if stand_mm is None else np.array([*stand_mm, height_mm])
+            raise BadInput(
+                say(
+                    "sim.field-out-of-view",
+                    "The field is outside the view of the simulated camera.",
+                ),
+                say("sim.smaller-tilt", "Use tilt and pan below 80°."),
+                reason="bad-camera",
+            )
+        place = (
+            middle + ahead * (height_mm / ahead[2])
+            if stand_mm is None
+            else np.array([*stand_mm, height_mm])
+        )
         camera = cls(image_size, (1.0, 1.0), (0.0, 0.0), lens, _plain(rotation), as_triple(place))
         if focal_px is None:
             focal_px = camera._focal_to_fit(region, fill)
-        return cls(image_size, (focal_px, focal_px), image_size.centre, lens, camera.camera_from_field,
-                   camera.position_mm)
+        return cls(
+            image_size,
+            (focal_px, focal_px),
+            image_size.centre,
+            lens,
+            camera.camera_from_field,
+            camera.position_mm,
+        )
 
     def turned(self, tilt_deg: float = 0.0, pan_deg: float = 0.0, roll_deg: float = 0.0) -> Self:
         """Turn the camera about its own axes, as for above()."""
-        return replace(self, camera_from_field=_plain(_turn(tilt_deg, pan_deg, roll_deg) @ self._rotation))
+        return replace(
+            self, camera_from_field=_plain(_turn(tilt_deg, pan_deg, roll_deg) @ self._rotation)
+        )
 
     def _focal_to_fit(self, region: Region, fill: float) -> float:
         edge = np.concatenate([region.border(name).sample(65) for name in BORDERS])
@@ -292,9 +327,14 @@ class SimCamera:
         reach = np.abs(self.raw_from_field(edge)).max(axis=0)
         focal = fill * np.array(self.image_size.centre) / np.maximum(reach, 1e-9)
         if not np.isfinite(focal).all():
-            raise BadInput(say("sim.area-not-covered", "The simulated camera does not cover the whole area."),
-                           say("sim.higher", "Increase its height, reduce its tilt, or use a lens with less "
-                               "distortion."), reason="bad-camera")
+            raise BadInput(
+                say("sim.area-not-covered", "The simulated camera does not cover the whole area."),
+                say(
+                    "sim.higher",
+                    "Increase its height, reduce its tilt, or use a lens with less distortion.",
+                ),
+                reason="bad-camera",
+            )
         return float(focal.min())
 
     @cached_property
@@ -336,7 +376,9 @@ def _looking_down(region: Region) -> NDArray[np.float64]:
 
 
 def _turn(tilt_deg: float, pan_deg: float, roll_deg: float) -> NDArray[np.float64]:
-    (ct, cp, cr), (st, sp, sr) = (f(np.radians([tilt_deg, pan_deg, roll_deg])) for f in (np.cos, np.sin))
+    (ct, cp, cr), (st, sp, sr) = (
+        f(np.radians([tilt_deg, pan_deg, roll_deg])) for f in (np.cos, np.sin)
+    )
     tilt = np.array([[1, 0, 0], [0, ct, st], [0, -st, ct]])
     pan = np.array([[cp, 0, -sp], [0, 1, 0], [sp, 0, cp]])
     roll = np.array([[cr, -sr, 0], [sr, cr, 0], [0, 0, 1]])

@@ -53,8 +53,13 @@ class Scene:
     @classmethod
     def of(cls, ground: Ground, light: Plane, sigma_px: float) -> "Scene":
         x, y = (np.ascontiguousarray(ground.field_mm[..., i], np.float32) for i in (0, 1))
-        return cls(ground.camera, x, y, (sigma_px * ground.mm_per_px + 1e-3).astype(np.float32),
-                   np.ascontiguousarray(light, np.float32))
+        return cls(
+            ground.camera,
+            x,
+            y,
+            (sigma_px * ground.mm_per_px + 1e-3).astype(np.float32),
+            np.ascontiguousarray(light, np.float32),
+        )
 
     def windows(self, solids: list[Solid]) -> list[Window | None]:
         """Return the part of the picture in which each solid can be seen, or None."""
@@ -63,20 +68,29 @@ class Scene:
         ring = np.stack([np.cos(_RING), np.sin(_RING)], axis=-1)
         reach = np.array([1.5 * solid.reach_mm + 20 for solid in solids])
         foot = np.array([solid.centre for solid in solids])[:, None] + reach[:, None, None] * ring
-        high = np.broadcast_to(np.array([solid.z_high for solid in solids])[:, None, None], (*foot.shape[:2], 1))
-        both = np.concatenate([np.concatenate([foot, 0 * high], -1), np.concatenate([foot, high], -1)], axis=1)
+        high = np.broadcast_to(
+            np.array([solid.z_high for solid in solids])[:, None, None], (*foot.shape[:2], 1)
+        )
+        both = np.concatenate(
+            [np.concatenate([foot, 0 * high], -1), np.concatenate([foot, high], -1)], axis=1
+        )
         return [self._window(raw) for raw in self.camera.raw_from_field(both)]
 
     def _window(self, raw: NDArray) -> Window | None:
         if not np.isfinite(raw).all():
             return None
         w, h = self.camera.image_size
-        (x0, y0), (x1, y1) = np.floor(raw.min(axis=0)).astype(int) - 3, np.ceil(raw.max(axis=0)).astype(int) + 4
+        (x0, y0), (x1, y1) = (
+            np.floor(raw.min(axis=0)).astype(int) - 3,
+            np.ceil(raw.max(axis=0)).astype(int) + 4,
+        )
         x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, w), min(y1, h)
         return (slice(y0, y1), slice(x0, x1)) if x1 > x0 and y1 > y0 else None
 
     def cut(self, part: Window) -> "Scene":
-        return Scene(self.camera, self.x_mm[part], self.y_mm[part], self.sigma_mm[part], self.light[part])
+        return Scene(
+            self.camera, self.x_mm[part], self.y_mm[part], self.sigma_mm[part], self.light[part]
+        )
 
     def at(self, z_mm: float) -> tuple[Plane, Plane]:
         """Return where the pixels look at height z: on the way from the floor to the camera."""
@@ -88,14 +102,18 @@ class Scene:
     def widest_mm(self) -> float:
         return _EDGE * float(np.nanmax(self.sigma_mm, initial=0))
 
-    def layer(self, distance: Plane, colour: Colour, z_mm: float, within: Window | None = None) -> Layer | None:
+    def layer(
+        self, distance: Plane, colour: Colour, z_mm: float, within: Window | None = None
+    ) -> Layer | None:
         """Return the covered part of the window as a layer. within: this cut's place in the window."""
         near = distance < self.widest_mm
         rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
         if not rows.size:
             return None
         part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-        cover = _covered(distance[part], self.sigma_mm[part] * (1 - z_mm / self.camera.position_mm[2]))
+        cover = _covered(
+            distance[part], self.sigma_mm[part] * (1 - z_mm / self.camera.position_mm[2])
+        )
         return Layer(part if within is None else _shifted(part, within), cover, colour)
 
 
@@ -107,11 +125,18 @@ def _covered(distance: Plane, sigma: Plane | float) -> Plane:
 
 def _shifted(part: Window, within: Window) -> Window:
     (rows, columns), (top, left) = part, (within[0].start, within[1].start)
-    return slice(rows.start + top, rows.stop + top), slice(columns.start + left, columns.stop + left)
+    return slice(rows.start + top, rows.stop + top), slice(
+        columns.start + left, columns.stop + left
+    )
 
 
-def draw(picture: NDArray, scene: Scene, solids: Iterable[Solid], scale: float = 1.0,
-         tint: Colour = (1.0, 1.0, 1.0)) -> list[tuple[Window, NDArray]]:
+def draw(
+    picture: NDArray,
+    scene: Scene,
+    solids: Iterable[Solid],
+    scale: float = 1.0,
+    tint: Colour = (1.0, 1.0, 1.0),
+) -> list[tuple[Window, NDArray]]:
     """Draw into a BGR picture in place, farther solids first; return the changed windows, and what was there before.
 
     A colour becomes colour · tint · scale · light.
@@ -147,7 +172,10 @@ def shadow(patch: Scene, solid: Solid) -> Plane | None:
     if not solid.shadow:
         return None
     if isinstance(solid, Ball):
-        away, soft_mm = Disc(solid.centre, solid.radius_mm).distance(patch.x_mm, patch.y_mm), 0.5 * solid.radius_mm
+        away, soft_mm = (
+            Disc(solid.centre, solid.radius_mm).distance(patch.x_mm, patch.y_mm),
+            0.5 * solid.radius_mm,
+        )
     else:
         away, soft_mm = solid.outline.distance(patch.x_mm, patch.y_mm) - 8, 0.28 * solid.reach_mm
     return 1 - solid.shadow * _covered(away, soft_mm)
@@ -161,7 +189,9 @@ def layers(patch: Scene, solid: Solid) -> Iterator[Layer]:
 
 def _prism_layers(patch: Scene, solid: Prism) -> Iterator[Layer | None]:
     low, top = patch.at(solid.z_low), patch.at(solid.z_high)
-    yield patch.layer(solid.outline.swept(*low, top[0] - low[0], top[1] - low[1]), solid.side, solid.z_low)
+    yield patch.layer(
+        solid.outline.swept(*low, top[0] - low[0], top[1] - low[1]), solid.side, solid.z_low
+    )
     lid = patch.layer(solid.outline.distance(*top), solid.top, solid.z_high)
     yield lid
     if lid is None or not solid.on_top:
@@ -207,27 +237,45 @@ class Canvas:
             for window, before in reversed(changed):  # they may overlap
                 self._picture[window] = before
 
-    def develop(self, gain: NDArray | float, noise: float, seed: int, index: int) -> NDArray[np.uint8]:
+    def develop(
+        self, gain: NDArray | float, noise: float, seed: int, index: int
+    ) -> NDArray[np.uint8]:
         """Return a new frame. gain: (height,) of each row, or one number. noise: standard deviation in grey levels."""
         height = self._picture.shape[0]
         tops = range(0, height, _ROWS)
-        gains = np.broadcast_to(gain, (height,))[::_ROWS] if np.ndim(gain) else np.full(len(tops), gain)
+        gains = (
+            np.broadcast_to(gain, (height,))[::_ROWS] if np.ndim(gain) else np.full(len(tops), gain)
+        )
         sheet = _noise_sheet(seed, noise) if noise else None
         if sheet is not None:
             spare = sheet.size - self._picture[:_ROWS].size
             starts = np.random.default_rng([seed, 4, index]).integers(spare, size=len(tops))
         frame = np.empty(self._picture.shape, np.uint8)
         for i, top in enumerate(tops):
-            strip = self._picture[top:top + _ROWS]
-            grain = None if sheet is None else sheet[starts[i]:starts[i] + strip.size].reshape(strip.shape)
+            strip = self._picture[top : top + _ROWS]
+            grain = (
+                None
+                if sheet is None
+                else sheet[starts[i] : starts[i] + strip.size].reshape(strip.shape)
+            )
             if gains[i] != 1:
-                strip = np.asarray(cv2.addWeighted(strip, float(gains[i]), strip if grain is None else grain,
-                                                   0.0 if grain is None else 1.0, 0), np.int16)
+                strip = np.asarray(
+                    cv2.addWeighted(
+                        strip,
+                        float(gains[i]),
+                        strip if grain is None else grain,
+                        0.0 if grain is None else 1.0,
+                        0,
+                    ),
+                    np.int16,
+                )
             elif grain is not None:
                 strip = np.asarray(cv2.add(strip, grain), np.int16)
             # no grain makes it darker than black
             _, lit = cv2.threshold(strip, 0, 0, cv2.THRESH_TOZERO)
-            cv2.convertScaleAbs(lit, frame[top:top + _ROWS], 1 / STEPS)  # rounds, saturates at 255
+            cv2.convertScaleAbs(
+                lit, frame[top : top + _ROWS], 1 / STEPS
+            )  # rounds, saturates at 255
         return frame
 
 

@@ -57,7 +57,7 @@ class Ground:
         rows = []
         # in strips: the rays of a whole picture do not fit a processor's cache
         for top in range(0, h, 128):
-            y, x = np.mgrid[top:min(top + 128, h), 0:w]
+            y, x = np.mgrid[top : min(top + 128, h), 0:w]
             rows.append(camera.field_from_raw(np.stack([x, y], axis=-1).astype(np.float64)))
         return cls(camera, np.concatenate(rows))
 
@@ -86,7 +86,11 @@ class Ground:
     def sigma_across(self, pick: Pick, normal: NDArray, sigma_px: float) -> NDArray:
         """Return the blur in mm along a unit normal (2,) or (n, 2) on the ground, at the picked pixels."""
         normal = np.broadcast_to(normal, (len(pick), 2))
-        return sigma_px * np.linalg.norm(np.einsum("ni,nij->nj", normal, self.per_pixel[pick]), axis=-1) + 1e-9
+        return (
+            sigma_px
+            * np.linalg.norm(np.einsum("ni,nij->nj", normal, self.per_pixel[pick]), axis=-1)
+            + 1e-9
+        )
 
     def near(self, points_mm: NDArray, half_mm: float, sigma_px: float) -> Pick:
         """Return the pixels that a stroke through the points (n, 2) can touch."""
@@ -109,10 +113,14 @@ def line_coverage(ground: Ground, line: Line, sigma_px: float) -> tuple[Pick, ND
     along = (end - start) / line.length_mm
     across = np.array([-along[1], along[0]])
     half = line.width_mm / 2
-    pick = ground.near(Line("", tuple(start - along * half), tuple(end + along * half)).sample(129), half, sigma_px)
+    pick = ground.near(
+        Line("", tuple(start - along * half), tuple(end + along * half)).sample(129), half, sigma_px
+    )
     place = ground.flat[pick] - (start + end) / 2
     cover = band(place @ across, half, ground.sigma_across(pick, across, sigma_px))
-    cover *= band(place @ along, line.length_mm / 2 + half, ground.sigma_across(pick, along, sigma_px))
+    cover *= band(
+        place @ along, line.length_mm / 2 + half, ground.sigma_across(pick, along, sigma_px)
+    )
     return pick, cover
 
 
@@ -130,15 +138,23 @@ def arc_coverage(ground: Ground, arc: Arc, sigma_px: float) -> tuple[Pick, NDArr
         turn = np.arctan2(arm[:, 1], arm[:, 0]) - middle
         turn = (turn + np.pi) % (2 * np.pi) - np.pi
         tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=-1)
-        cover *= band(turn * arc.radius_mm, sweep / 2 * arc.radius_mm, ground.sigma_across(pick, tangent, sigma_px))
+        cover *= band(
+            turn * arc.radius_mm,
+            sweep / 2 * arc.radius_mm,
+            ground.sigma_across(pick, tangent, sigma_px),
+        )
     return pick, cover
 
 
-def markings_coverage(ground: Ground, lines: Iterable[Line], arcs: Iterable[Arc], sigma_px: float) -> Plane:
+def markings_coverage(
+    ground: Ground, lines: Iterable[Line], arcs: Iterable[Arc], sigma_px: float
+) -> Plane:
     """Return the coverage (height, width) by all markings together; where two meet, paint counts once."""
     bare = np.ones(ground.size.width * ground.size.height, np.float32)
-    for pick, cover in (*(line_coverage(ground, m, sigma_px) for m in lines),
-                        *(arc_coverage(ground, m, sigma_px) for m in arcs)):
+    for pick, cover in (
+        *(line_coverage(ground, m, sigma_px) for m in lines),
+        *(arc_coverage(ground, m, sigma_px) for m in arcs),
+    ):
         bare[pick] *= (1 - cover).astype(np.float32)
     return (1 - bare).reshape(ground.size.height, ground.size.width)
 
@@ -154,8 +170,9 @@ class Lamps:
     def brightness(self, time_s: NDArray | float, exposure_s: float) -> NDArray | float:
         """Return the mean light from time_s - exposure_s / 2 to time_s + exposure_s / 2, 1 where nothing changes."""
         damped = self.flicker * np.sinc(self.flicker_hz * exposure_s)
-        return ((1 + damped * np.sin(2 * np.pi * self.flicker_hz * np.asarray(time_s)))
-                * (1 + self.drift * np.sin(2 * np.pi * np.asarray(time_s) / DRIFT_PERIOD_S)))
+        return (1 + damped * np.sin(2 * np.pi * self.flicker_hz * np.asarray(time_s))) * (
+            1 + self.drift * np.sin(2 * np.pi * np.asarray(time_s) / DRIFT_PERIOD_S)
+        )
 
 
 Colour = tuple[float, float, float]  # BGR, 0…255, as it looks in full light
@@ -175,7 +192,9 @@ class Light:
     grain: float = 1.0  # of carpet and floor; 0 leaves them plain
 
 
-def ground_colour(ground: Ground, field: Field, light: Light, sigma_px: float, seed: int) -> NDArray[np.float32]:
+def ground_colour(
+    ground: Ground, field: Field, light: Light, sigma_px: float, seed: int
+) -> NDArray[np.float32]:
     """Return the picture (height, width, 3) BGR of everything flat, in full light."""
     h, w = ground.size.height, ground.size.width
     rng = np.random.default_rng(seed)
@@ -187,17 +206,31 @@ def ground_colour(ground: Ground, field: Field, light: Light, sigma_px: float, s
     colour *= (1 + 0.6 * grain)[..., None]
 
     green = field.extras.get("carpet", "green") == "green"
-    around = field.extras.get("boundary", {"touch_mm": 0.05 * field.width_mm, "goal_mm": 0.05 * field.width_mm})
-    carpet = _rectangle(place, field.length_mm / 2 + around["goal_mm"], field.width_mm / 2 + around["touch_mm"], sigma)
+    around = field.extras.get(
+        "boundary", {"touch_mm": 0.05 * field.width_mm, "goal_mm": 0.05 * field.width_mm}
+    )
+    carpet = _rectangle(
+        place,
+        field.length_mm / 2 + around["goal_mm"],
+        field.width_mm / 2 + around["touch_mm"],
+        sigma,
+    )
     if green:
         # 0.31 keeps the seams away from the lines, whose centre a step of brightness would seem to move.
         lighter = np.floor(place[..., 1] / _STRIP_MM + 0.31) % 2 == 0
         carpet_grain = grain + np.float32(light.grain) * np.where(lighter, 0.018, -0.018)
     _lay(colour, carpet, GREEN if green else WALL, 1 + (carpet_grain if green else grain))
     if not green:  # a wall of the boundary's thickness, and the carpet within
-        _lay(colour, _rectangle(place, field.length_mm / 2, field.width_mm / 2, sigma), BLACK, 1 + grain)
+        _lay(
+            colour,
+            _rectangle(place, field.length_mm / 2, field.width_mm / 2, sigma),
+            BLACK,
+            1 + grain,
+        )
         goal = field.extras.get("goal", {"width_mm": 0.0, "depth_mm": 0.0})
-        floors = _rectangle(place, field.length_mm / 2 + goal["depth_mm"], goal["width_mm"] / 2, sigma)
+        floors = _rectangle(
+            place, field.length_mm / 2 + goal["depth_mm"], goal["width_mm"] / 2, sigma
+        )
         _lay(colour, floors, BLACK, 1 + grain)
     lines, arcs = painted(field)
     _lay(colour, markings_coverage(ground, lines, arcs, sigma_px), PAINT, 1 + 0.4 * grain)
@@ -212,7 +245,10 @@ def painted(field: Field) -> tuple[list[Line], list[Arc]]:
     for mark in field.extras.get("marks", ()):
         (x, y), half = field.landmarks[mark["at"]].position, mark["size_mm"] / 2
         if mark["shape"] == "cross":
-            lines += [Line("", (x - half, y), (x + half, y), width), Line("", (x, y - half), (x, y + half), width)]
+            lines += [
+                Line("", (x - half, y), (x + half, y), width),
+                Line("", (x, y - half), (x, y + half), width),
+            ]
         else:
             arcs.append(Arc("", (x, y), half / 2, width_mm=half))
     return lines, arcs
@@ -228,7 +264,10 @@ def lighting(ground: Ground, light: Light, field: Field) -> Plane:
     place = np.nan_to_num(ground.field_mm, nan=1e6).astype(np.float32)
     # of the field's length and width: three lamps
     for at_x, at_y in ((-0.30, 0.22), (0.26, 0.30), (0.08, -0.34)):
-        near = ((place[..., 0] / field.length_mm - at_x) ** 2 + (place[..., 1] / field.width_mm - at_y) ** 2) / 0.12
+        near = (
+            (place[..., 0] / field.length_mm - at_x) ** 2
+            + (place[..., 1] / field.width_mm - at_y) ** 2
+        ) / 0.12
         shade *= 1 + light.unevenness * (np.exp(-near) - 0.4)
     return shade
 
@@ -237,7 +276,9 @@ def glare(ground: Ground, light: Light, field: Field) -> Plane:
     """Return the grey levels (height, width) that a lamp's reflection adds."""
     place = np.nan_to_num(ground.field_mm, nan=1e6).astype(np.float32)
     size = 0.09 * field.length_mm
-    away = ((place[..., 0] - 0.21 * field.length_mm) / size) ** 2 + ((place[..., 1] - 0.2 * field.width_mm) / size) ** 2
+    away = ((place[..., 0] - 0.21 * field.length_mm) / size) ** 2 + (
+        (place[..., 1] - 0.2 * field.width_mm) / size
+    ) ** 2
     return np.float32(160 * light.glare) * (np.exp(-away) + 0.5 * np.exp(-6 * away))
 
 
@@ -260,7 +301,9 @@ def _corner_solids(place: NDArray, field: Field, sigma: NDArray) -> NDArray:
     cut = field.extras.get("corner_cut_mm", 0.0)
     if not cut:
         return np.zeros(place.shape[:2], np.float32)
-    over = np.abs(place[..., 0]) + np.abs(place[..., 1]) - (field.length_mm + field.width_mm) / 2 + cut
+    over = (
+        np.abs(place[..., 0]) + np.abs(place[..., 1]) - (field.length_mm + field.width_mm) / 2 + cut
+    )
     solid = inside(-over / np.sqrt(2), sigma)
     return solid * _rectangle(place, field.length_mm / 2, field.width_mm / 2, sigma)
 
@@ -273,6 +316,11 @@ def _texture(place: NDArray, rng: np.random.Generator) -> Plane:
         wrapped = cv2.GaussianBlur(np.pad(noise, 16, mode="wrap"), (0, 0), smooth)
         noise = np.asarray(wrapped, np.float32)[16:-16, 16:-16]
         at = np.mod(place / np.float32(texel_mm), _TILE)
-        total += np.float32(strength) * cv2.remap(noise / noise.std(), at[..., 0], at[..., 1], cv2.INTER_LINEAR,
-                                                  borderMode=cv2.BORDER_WRAP)
+        total += np.float32(strength) * cv2.remap(
+            noise / noise.std(),
+            at[..., 0],
+            at[..., 1],
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_WRAP,
+        )
     return total

@@ -60,8 +60,16 @@ class Rendering:
     still: NDArray[np.int16]
 
     @classmethod
-    def of(cls, camera: SimCamera, field: Field, region: Region, motion: Motion = MOTION, light: Light = LIGHT,
-           sensor: Sensor = SENSOR, lamps: Lamps = LAMPS) -> Self:
+    def of(
+        cls,
+        camera: SimCamera,
+        field: Field,
+        region: Region,
+        motion: Motion = MOTION,
+        light: Light = LIGHT,
+        sensor: Sensor = SENSOR,
+        lamps: Lamps = LAMPS,
+    ) -> Self:
         ground = Ground.of(camera)
         shade = lighting(ground, light, field)
         scene = Scene.of(ground, shade, sensor.blur_px)
@@ -75,23 +83,35 @@ class Rendering:
         """Turn the camera so that its picture's centre moves by by_px, and blur it by softer_px."""
         camera = self.camera.turned(pan_deg=float(np.degrees(by_px / self.camera.focal_px[0])))
         sensor = replace(self.sensor, blur_px=float(np.hypot(self.sensor.blur_px, softer_px)))
-        return type(self).of(camera, self.field, self.region, self.motion, light, sensor, self.lamps)
+        return type(self).of(
+            camera, self.field, self.region, self.motion, light, sensor, self.lamps
+        )
 
     def binned(self, factor: int) -> Self:
         """Return the view of a sensor that sums factor × factor pixels: exact, and much faster than painting anew."""
         w, h = self.camera.image_size
         size = ImageSize(w // factor, h // factor)
-        small = replace(self.camera, image_size=size, focal_px=as_pair(f / factor for f in self.camera.focal_px),
-                        centre_px=as_pair((c + 0.5) / factor - 0.5 for c in self.camera.centre_px))
+        small = replace(
+            self.camera,
+            image_size=size,
+            focal_px=as_pair(f / factor for f in self.camera.focal_px),
+            centre_px=as_pair((c + 0.5) / factor - 0.5 for c in self.camera.centre_px),
+        )
         cut = (slice(size.height * factor), slice(size.width * factor))
 
         def shrunk(plane: NDArray) -> NDArray:
             return cv2.resize(plane[cut], tuple(size), interpolation=cv2.INTER_AREA)
+
         # A binned pixel is a square of its own: its spread comes to what is left of the blur.
         blur_px = float(np.sqrt((self.sensor.blur_px / factor) ** 2 + (1 - 1 / factor**2) / 12))
         scene = Scene.of(Ground.of(small), shrunk(self.scene.light), blur_px)
-        return replace(self, camera=small, scene=scene, still=shrunk(self.still),
-                       sensor=replace(self.sensor, blur_px=blur_px))
+        return replace(
+            self,
+            camera=small,
+            scene=scene,
+            still=shrunk(self.still),
+            sensor=replace(self.sensor, blur_px=blur_px),
+        )
 
     def frame(self, index: int, fps: float = 25.0, shot: Shot = SHOT) -> NDArray[np.uint8]:
         """Return the index-th frame (height, width, 3) BGR of a camera at this rate."""
@@ -101,7 +121,9 @@ class Rendering:
         """Return a frame. index: of the noise. time_s: of the motion."""
         canvas = self._canvas(shot.tint)
         with canvas.drawn(self.moving(time_s)):
-            return canvas.develop(self.row_gain(time_s, shot), self.sensor.noise * shot.gain, self.motion.seed, index)
+            return canvas.develop(
+                self.row_gain(time_s, shot), self.sensor.noise * shot.gain, self.motion.seed, index
+            )
 
     def row_gain(self, time_s: float, shot: Shot = SHOT) -> Plane | float:
         """Return each row's brightness relative to the usual light and exposure."""

@@ -57,8 +57,12 @@ class Capsule:
         """Two ways that do not cross are nearest at an end of one of them."""
         bx, by = self._stroke
         px, py = x - self.start[0], y - self.start[1]
-        ends = [_to_way(-px, -py, bx, by), _to_way(-px - dx, -py - dy, bx, by), _to_way(px, py, dx, dy),
-                _to_way(px - bx, py - by, dx, dy)]
+        ends = [
+            _to_way(-px, -py, bx, by),
+            _to_way(-px - dx, -py - dy, bx, by),
+            _to_way(px, py, dx, dy),
+            _to_way(px - bx, py - by, dx, dy),
+        ]
         turn = by * dx - bx * dy
         safe = np.where(np.abs(turn) > 1e-6, turn, np.float32(np.inf))
         t, s = (bx * py - by * px) / safe, (dx * py - dy * px) / safe
@@ -123,7 +127,9 @@ class CutDisc:
     def distance(self, x: Plane, y: Plane) -> Plane:
         nx, ny = float(np.cos(self.angle)), float(np.sin(self.angle))
         px, py = x - self.centre[0], y - self.centre[1]
-        return np.maximum(np.sqrt(px * px + py * py) - self.radius_mm, px * nx + py * ny - self.ahead_mm)
+        return np.maximum(
+            np.sqrt(px * px + py * py) - self.radius_mm, px * nx + py * ny - self.ahead_mm
+        )
 
     def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
         """The larger of a valley (the disc) and a slope (the front): lowest in the valley, at an end, or where they
@@ -136,13 +142,18 @@ class CutDisc:
 
         def valley(t: Plane) -> Plane:
             return np.sqrt(np.maximum(pp + t * (2 * pd + t * dd), np.float32(1e-6)))
+
         lowest = np.clip(-pd / dd, 0, 1)
         t = np.where(rise > 0, np.float32(0), np.float32(1))
         for _ in range(3):
             arm = valley(t)
             over = arm - self.radius_mm - front - t * rise
             slope = (pd + t * dd) / arm - rise
-            step = np.where((over > 0) & (np.abs(slope) > 1e-6), over / np.where(slope == 0, 1, slope), np.float32(0))
+            step = np.where(
+                (over > 0) & (np.abs(slope) > 1e-6),
+                over / np.where(slope == 0, 1, slope),
+                np.float32(0),
+            )
             t = np.clip(t - step, 0, 1)
         bottom = np.maximum(valley(lowest) - self.radius_mm, front + lowest * rise)
         return np.minimum(bottom, np.maximum(valley(t) - self.radius_mm, front + t * rise))

@@ -31,7 +31,7 @@ def paint(picture: NDArray[np.uint8], time_ms: int) -> None:
     cell = picture.shape[1] / CELLS_ACROSS
     top, bottom = _whole(cell), _whole(2 * cell)
     for i, bit in enumerate(_cells(time_ms)):
-        picture[top:bottom, _whole((1 + i) * cell):_whole((2 + i) * cell)] = 255 * bit
+        picture[top:bottom, _whole((1 + i) * cell) : _whole((2 + i) * cell)] = 255 * bit
 
 
 def _cells(time_ms: int) -> list[int]:

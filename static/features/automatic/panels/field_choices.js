@@ -13,8 +13,10 @@ const ARROW = 0.22; // of the area's shorter side
 export function FieldChoices() {
   const choices = fieldChoices.value;
   return (
-    choices.length > 0 && html`<ul class="field-choices" data-testid="field-choices">
-      ${choices.map((choice) => html`<li key=${`${choice.field} ${choice.region} ${choice.rotate}`}>
+    choices.length > 0 &&
+    html`<ul class="field-choices" data-testid="field-choices">
+      ${choices.map(
+        (choice) => html`<li key=${`${choice.field} ${choice.region} ${choice.rotate}`}>
         <button
           type="button"
           data-testid=${`choice-${choice.field}-${choice.region}`}
@@ -25,7 +27,8 @@ export function FieldChoices() {
           <b>${areaTitle(choice.region)}</b>
           <small>${choice.title}, ${t("calibrate.picture.turned", { degrees: choice.rotate })}</small>
         </button>
-      </li>`)}
+      </li>`,
+      )}
     </ul>`
   );
 }

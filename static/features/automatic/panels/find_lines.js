@@ -12,7 +12,13 @@ import { finding, lastFound, notFound } from "../find_lines.js";
 import { FieldChoices } from "./field_choices.js";
 
 /** What is found where the image may show a field that is none of those known. */
-const ANOTHER_FIELD = new Set(["no-known-field", "painted-elsewhere", "lines-missing", "lines-unexplained", "loose"]);
+const ANOTHER_FIELD = new Set([
+  "no-known-field",
+  "painted-elsewhere",
+  "lines-missing",
+  "lines-unexplained",
+  "loose",
+]);
 
 export function FindLines() {
   const now = finding.value,
@@ -21,36 +27,51 @@ export function FindLines() {
   return html`<section aria-label=${t("calibrate.find-lines-panel.title")}>
     <${Title} of="without-clicks">${t("calibrate.find-lines-panel.title")}<//>
     <${FieldChoices} />
-    ${now
-      ? html`<div class="line" role="status" data-testid="finding-lines">
+    ${
+      now
+        ? html`<div class="line" role="status" data-testid="finding-lines">
         <progress max="1" value=${now.progress} aria-label=${t("calibrate.find-lines-panel.progress")}></progress>
         <span>${now.message}</span>
         <${ActionButton} id="stop-lines" />
       </div>`
-      : html`<div class="line">
+        : html`<div class="line">
         <${ActionButton}
           id="find-lines"
-          label=${doc.value.observations.length
-            ? t("calibrate.find-lines-panel.again")
-            : t("calibrate.find-lines-panel.detect")}
+          label=${
+            doc.value.observations.length
+              ? t("calibrate.find-lines-panel.again")
+              : t("calibrate.find-lines-panel.detect")
+          }
         />
         <${ActionButton} id="auto-detect" />
-      </div>`}
-    ${!now && notFound.value && html`<p class="reason" role="alert" data-testid="lines-refused">
+      </div>`
+    }
+    ${
+      !now &&
+      notFound.value &&
+      html`<p class="reason" role="alert" data-testid="lines-refused">
       ${notFound.value.detail} ${notFound.value.fix}
     </p>
-    <${Fixes} trouble=${notFound.value} />`}
-    ${!now && said && said.choices.length === 0 && html`<p class="reason" role="status" data-testid="lines-found">
+    <${Fixes} trouble=${notFound.value} />`
+    }
+    ${
+      !now &&
+      said &&
+      said.choices.length === 0 &&
+      html`<p class="reason" role="status" data-testid="lines-found">
       <b>
-        ${said.points
-          ? t("calibrate.find-lines-panel.detected", { count: said.points })
-          : isOffered
-          ? t("calibrate.find-lines-panel.not-sure")
-          : t("calibrate.find-lines-panel.nothing-added")}
+        ${
+          said.points
+            ? t("calibrate.find-lines-panel.detected", { count: said.points })
+            : isOffered
+              ? t("calibrate.find-lines-panel.not-sure")
+              : t("calibrate.find-lines-panel.nothing-added")
+        }
       </b>${" "}
       ${said.verdict.sentence} ${said.verdict.fix}
     </p>
     <${Fixes} trouble=${said.verdict} />
-    ${ANOTHER_FIELD.has(said.verdict.reason) && html`<${ProposeField} />`}`}
+    ${ANOTHER_FIELD.has(said.verdict.reason) && html`<${ProposeField} />`}`
+    }
   </section>`;
 }

@@ -54,7 +54,9 @@ export function BoardForm() {
       <${Whole} name="columns" label=${t("board.form.corners-across")} />
       <${Whole} name="rows" label=${t("board.form.corners-down")} />
       <${Length} name="square_mm" label=${t("board.form.square")} />
-      ${it.kind === "charuco" && html`
+      ${
+        it.kind === "charuco" &&
+        html`
         <${Length} name="marker_mm" label=${t("board.form.marker")} />
         <label class="pair tall">
           <span>${t("board.form.dictionary")}</span>
@@ -63,9 +65,11 @@ export function BoardForm() {
             value=${it.dictionary}
             onChange=${(/** @type {Changed} */ e) => changeBoard({ dictionary: e.target.value })}
           >
-            ${DICTIONARIES.map((d) => html`<option key=${d} value=${d}>
+            ${DICTIONARIES.map(
+              (d) => html`<option key=${d} value=${d}>
               ${d.replace("DICT_", "").replaceAll("_", " ")}
-            </option>`)}
+            </option>`,
+            )}
           </select>
         </label>
         <label class="pair">
@@ -76,7 +80,8 @@ export function BoardForm() {
             onChange=${(/** @type {Changed} */ e) => changeBoard({ legacy: e.target.checked })}
           />
         </label>
-      `}
+      `
+      }
       <p class="reason">${t("board.form.inner-corners")}</p>
     </section>
     <section aria-label=${t("lens-pictures.lens")}>
@@ -90,9 +95,11 @@ export function BoardForm() {
         >
           ${models.value
             .filter((m) => WITH_LENS.has(m.name))
-            .map((m) => html`<option key=${m.name} value=${m.name}>
+            .map(
+              (m) => html`<option key=${m.name} value=${m.name}>
               ${m.title}
-            </option>`)}
+            </option>`,
+            )}
         </select>
       </label>
       <label class="pair tall">
@@ -176,11 +183,19 @@ function View({ picture }) {
     seen = state === "kept" ? viewReport(picture) : null,
     view = seen?.view;
   const level =
-    state === "refused" || (seen && !view) ? "poor" : view && !view.used ? "fair" : view ? "good" : "";
+    state === "refused" || (seen && !view)
+      ? "poor"
+      : view && !view.used
+        ? "fair"
+        : view
+          ? "good"
+          : "";
   return html`<li data-testid="view" data-level=${level}>
-    ${id
-      ? html`<img loading="lazy" alt="" src=${thumbnail(id)} />`
-      : html`<div class="blank"></div>`}
+    ${
+      id
+        ? html`<img loading="lazy" alt="" src=${thumbnail(id)} />`
+        : html`<div class="blank"></div>`
+    }
     <button
       type="button"
       class="remove"
@@ -195,22 +210,24 @@ function View({ picture }) {
       ${name}
     </small>
     <small>
-      ${state === "waiting" ? (
-        t("lens-pictures.state.waiting")
-      ) : state === "uploading" ? (
-        t("lens-pictures.state.uploading")
-      ) : state === "refused" ? (
-        why
-      ) : !seen ? (
-        t("lens-pictures.state.uploaded")
-      ) : view?.used
-        ? html`
+      ${
+        state === "waiting"
+          ? t("lens-pictures.state.waiting")
+          : state === "uploading"
+            ? t("lens-pictures.state.uploading")
+            : state === "refused"
+              ? why
+              : !seen
+                ? t("lens-pictures.state.uploaded")
+                : view?.used
+                  ? html`
           <b class="level good">✓</b> ${number(view.rms_px, 2)} px, ${number(view.tilt_deg, 0)}°
           ${view.nearer ? ` ${view.nearer}` : ""}
         `
-        : html`
+                  : html`
           <b class=${`level ${level}`}>${view ? t("board.view.left-out") : t("board.view.no-board")}</b> ${seen.why}
-        `}
+        `
+      }
     </small>
   </li>`;
 }
@@ -219,7 +236,8 @@ function View({ picture }) {
 export function LensForNextPicture() {
   const lens = lensForNextPicture.value;
   return (
-    lens && html`<div class="plainly line" data-testid="held-next">
+    lens &&
+    html`<div class="plainly line" data-testid="held-next">
       <span>
         ${rich("board.next-picture.lens", {
           lens: lens.note || t("board.next-picture.from-board"),

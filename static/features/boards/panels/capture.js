@@ -32,37 +32,40 @@ export function CapturePage() {
     </div>
     <div class="captured" data-state=${!it ? "" : it.quad ? (it.still && it.new ? "good" : "seen") : "none"}>
       <${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} width=${WIDTH_PX} />
-      ${it && html`<svg class="over" viewBox=${`-0.5 -0.5 ${it.width} ${it.height}`} aria-hidden="true">
-        ${it.wanted && html`<g class="wanted">
+      ${
+        it &&
+        html`<svg class="over" viewBox=${`-0.5 -0.5 ${it.width} ${it.height}`} aria-hidden="true">
+        ${
+          it.wanted &&
+          html`<g class="wanted">
           <polygon points=${it.wanted.outline.join(" ")} />
-        </g>`}
+        </g>`
+        }
         ${it.quad && html`<path class="outline" d=${`${path(it.quad)}Z`} />`}
         ${it.corners.map(([x, y], i) => html`<circle key=${i} cx=${x} cy=${y} r=${it.width / 200} />`)}
-      </svg>`}
+      </svg>`
+      }
     </div>
     <p class="hint-line" role="status" data-testid="capture-hint">
-      ${refusal.value
-        ? html`
+      ${
+        refusal.value
+          ? html`
           <b>${refusal.value.detail}</b> ${refusal.value.fix}
         `
-        : !it
-        ? (
-        t("lens-pictures.waiting-for-camera")
-      )
-        : it.taken
-        ? html`<b class="level good">${t("board.capture.taken")}</b>`
-        : !automatic.value && it.quad
-        ? (
-        t("board.capture.press-space")
-      )
-        : (
-        it.hint || t("board.capture.taking")
-      )}
+          : !it
+            ? t("lens-pictures.waiting-for-camera")
+            : it.taken
+              ? html`<b class="level good">${t("board.capture.taken")}</b>`
+              : !automatic.value && it.quad
+                ? t("board.capture.press-space")
+                : it.hint || t("board.capture.taking")
+      }
     </p>
     <section aria-label=${t("board.capture.views")}>
       <h2>${t("board.capture.views-taken", { count: all.length })}</h2>
       <ul class="views" data-testid="captured-views">
-        ${all.map((p) => html`<li key=${p.key} data-testid="captured-view">
+        ${all.map(
+          (p) => html`<li key=${p.key} data-testid="captured-view">
           <img loading="lazy" alt="" src=${thumbnail(p.id)} />
           <button
             type="button"
@@ -74,7 +77,8 @@ export function CapturePage() {
             ×
           </button>
           <small class="name">${p.name}</small>
-        </li>`)}
+        </li>`,
+        )}
       </ul>
     </section>
   </div>`;
@@ -103,7 +107,8 @@ export function CaptureReport() {
       aria-label=${t("board.coverage.corners-in", { share: Math.round(100 * it.share) })}
     >
       ${it.cells.flatMap((row, y) =>
-        row.map((count, x) => html`<rect
+        row.map(
+          (count, x) => html`<rect
           key=${`${x},${y}`}
           x=${x + 0.04}
           y=${y + 0.04}
@@ -112,18 +117,23 @@ export function CaptureReport() {
           rx=".08"
           class=${count ? "" : "none"}
           style=${`opacity:${count ? 0.25 + 0.75 * Math.sqrt(count / most) : 1}`}
-        />`),
+        />`,
+        ),
       )}
     </svg>
     <dl class="details">
-      ${Object.entries(it.tilts).map(([how, count]) => html`<div key=${how}>
+      ${Object.entries(it.tilts).map(
+        ([how, count]) => html`<div key=${how}>
         <dt>
-          ${how === "face on"
-            ? t("board.coverage.facing")
-            : t("board.coverage.edge-nearer", { edge: `${how[0].toUpperCase()}${how.slice(1)}` })}
+          ${
+            how === "face on"
+              ? t("board.coverage.facing")
+              : t("board.coverage.edge-nearer", { edge: `${how[0].toUpperCase()}${how.slice(1)}` })
+          }
         </dt>
         <dd>${t("common.views", { count })}</dd>
-      </div>`)}
+      </div>`,
+      )}
     </dl>
   </section>`;
 }

@@ -62,46 +62,60 @@ export function LensReport() {
           </div>
         </dl>
       </div>
-      ${lens.id && html`<p>
+      ${
+        lens.id &&
+        html`<p>
         <a href=${addressOf("scene", { scene: `lens/${lens.id}` })} data-testid="lens-scene">
           ${t("board.report.show-scene")}
         </a>
-      </p>`}
-      ${next && html`<p class="plainly" data-testid="next-view">
+      </p>`
+      }
+      ${
+        next &&
+        html`<p class="plainly" data-testid="next-view">
         ${rich("board.report.next-view", {
           text: next.text,
           before: px(next.worst_before_px),
           after: px(next.worst_after_px),
         })}
-      </p>`}
+      </p>`
+      }
       <ul class="warnings" data-testid="lens-warnings">
-        ${doubts.map((w) => html`<li key=${w.reason + w.text} data-reason=${w.reason}>
+        ${doubts.map(
+          (w) => html`<li key=${w.reason + w.text} data-reason=${w.reason}>
           <b>${w.text}</b> ${w.fix}
-        </li>`)}
+        </li>`,
+        )}
       </ul>
-      ${left.length > 0 && 
-        html`<p class="reason">${t("board.report.left-out", { count: left.length })}</p>`}
+      ${
+        left.length > 0 &&
+        html`<p class="reason">${t("board.report.left-out", { count: left.length })}</p>`
+      }
     </section>
     <${Coverage} report=${it} />
     <section aria-label=${t("board.report.checks")}>
       <${Title} of="lens">${t("board.report.checks")}<//>
       <dl class="details">
-        ${rows(it).map(([what, value]) => html`<div key=${what}>
+        ${rows(it).map(
+          ([what, value]) => html`<div key=${what}>
           <dt>${what}</dt>
           <dd>${value}</dd>
-        </div>`)}
+        </div>`,
+        )}
       </dl>
     </section>
     <section aria-label=${t("board.report.parameters")}>
       <h2>${t("board.report.parameters")}</h2>
       <dl class="details" data-testid="lens-parameters">
-        ${Object.entries(it.parameters).map(([name, { value, sigma }]) => html`<div key=${name}>
+        ${Object.entries(it.parameters).map(
+          ([name, { value, sigma }]) => html`<div key=${name}>
           <dt>${name}</dt>
           <dd>
             ${plain(value)}
             ${sigma ? ` ± ${plain(sigma, 2)}` : `, ${t("board.report.held")}`}
           </dd>
-        </div>`)}
+        </div>`,
+        )}
       </dl>
     </section>
   `;
@@ -109,7 +123,10 @@ export function LensReport() {
 
 /** @param {import("../../../core/types").LensRecord["report"]} it @returns {[string, string][]} */
 const rows = (it) => [
-  [t("common.corners"), t("board.report.corner-counts", { corners: it.corners, outliers: it.strays })],
+  [
+    t("common.corners"),
+    t("board.report.corner-counts", { corners: it.corners, outliers: it.strays }),
+  ],
   [
     t("board.report.held-out-views"),
     times(it.cross_validation.held_out_px, it.cross_validation.held_out_ratio),
@@ -142,10 +159,10 @@ const times = (value, ratio) => (value === null ? "–" : `${px(value)} px, ${nu
 
 /** @param {number} value @param {number} [digits] */
 const plain = (value, digits = 5) =>
-  (Math.abs(value) >= 1e5 ? value.toExponential(3) : String(Number(value.toPrecision(digits)))).replace(
-    "-",
-    "−",
-  );
+  (Math.abs(value) >= 1e5
+    ? value.toExponential(3)
+    : String(Number(value.toPrecision(digits)))
+  ).replace("-", "−");
 
 /**
  * Where in the picture corners were seen, and how the board was tilted.
@@ -167,7 +184,8 @@ function Coverage({ report: { coverage } }) {
       })}
     >
       ${cells.flatMap((row, y) =>
-        row.map((count, x) => html`<rect
+        row.map(
+          (count, x) => html`<rect
           key=${`${x},${y}`}
           x=${x + 0.04}
           y=${y + 0.04}
@@ -178,14 +196,17 @@ function Coverage({ report: { coverage } }) {
           style=${`opacity:${count ? 0.25 + 0.75 * Math.sqrt(count / most) : 1}`}
         >
           <title>${t("board.coverage.corners", { count })}</title>
-        </rect>`),
+        </rect>`,
+        ),
       )}
     </svg>
     <dl class="details">
-      ${Object.entries(tilts).map(([how, count]) => html`<div key=${how}>
+      ${Object.entries(tilts).map(
+        ([how, count]) => html`<div key=${how}>
         <dt>${how[0].toUpperCase() + how.slice(1)}</dt>
         <dd>${t("common.views", { count })}</dd>
-      </div>`)}
+      </div>`,
+      )}
     </dl>
   </section>`;
 }

@@ -19,20 +19,29 @@ export function LensesPage() {
     <div class="line wrap">
       <${ActionButton} id="board" />
       <${ActionButton} id="straight" />
-      ${cameras.value.map(({ id, name }) => html`<a key=${id} href=${addressOf("capture", { camera: id })}>
+      ${cameras.value.map(
+        ({ id, name }) => html`<a key=${id} href=${addressOf("capture", { camera: id })}>
         ${t("board.lenses.board-before", { camera: name })}
-      </a>`)}
+      </a>`,
+      )}
     </div>
     <section aria-label=${t("board.lenses.found")}>
       <h2>${t("board.lenses.found-count", { count: lenses.value.length })}</h2>
       <ul class="versions" data-testid="lenses">
-        ${lenses.value.map((l) => html`<li key=${l.id}>
+        ${lenses.value.map(
+          (l) => html`<li key=${l.id}>
           <div>
             <b>
-              ${l.note ||
+              ${
+                l.note ||
                 (l.board
-                  ? t("board.lenses.board", { columns: l.board.columns, rows: l.board.rows, kind: l.board.kind })
-                  : t("common.corners"))}
+                  ? t("board.lenses.board", {
+                      columns: l.board.columns,
+                      rows: l.board.rows,
+                      kind: l.board.kind,
+                    })
+                  : t("common.corners"))
+              }
             </b>
           </div>
           <em>${t("board.lenses.rms", { rms: number(l.rms_px, 2) })}</em>
@@ -45,7 +54,8 @@ export function LensesPage() {
             })}
           </small>
           <button type="button" onClick=${() => void show(l.id)}>${t("board.lenses.show-report")}</button>
-        </li>`)}
+        </li>`,
+        )}
       </ul>
     </section>
   </div>`;

@@ -22,7 +22,10 @@ export function BordersPanel() {
     .map((o) => o.feature)
     .filter((f) => typeof f === "string" && !BORDERS.includes(/** @type {any} */ (f)));
   const inside = [
-    ...new Set([...clicked, ...(BORDERS.includes(/** @type {any} */ (active.value)) ? [] : [active.value])]),
+    ...new Set([
+      ...clicked,
+      ...(BORDERS.includes(/** @type {any} */ (active.value)) ? [] : [active.value]),
+    ]),
   ];
   return html`
     <${FindLines} />
@@ -83,7 +86,9 @@ function BorderRow({ border }) {
 
 /** @param {{ feature: string }} props */
 function InsideRow({ feature }) {
-  const row = stale.value ? undefined : preview.value?.report.per_feature.find((f) => f.feature === feature);
+  const row = stale.value
+    ? undefined
+    : preview.value?.report.per_feature.find((f) => f.feature === feature);
   return html`<li>
     <button
       type="button"
@@ -111,14 +116,19 @@ function Along() {
     count = items.reduce((sum, it) => sum + it.points.length, 0);
   if (items.length)
     return html`<div class="along" data-testid="proposal">
-      ${items.length > 1 && html`<ul class="plain" aria-label=${t("calibrate.borders.detected")}>
-        ${items.map((it) => html`<li key=${it.feature} class="line">
+      ${
+        items.length > 1 &&
+        html`<ul class="plain" aria-label=${t("calibrate.borders.detected")}>
+        ${items.map(
+          (it) => html`<li key=${it.feature} class="line">
           <span class="grow">${lineTitle(it.feature)}</span>
           <button type="button" data-testid=${`accept-${it.feature}`} onClick=${() => acceptProposed([it])}>
             ${t("calibrate.borders.add", { count: it.points.length })}
           </button>
-        </li>`)}
-      </ul>`}
+        </li>`,
+        )}
+      </ul>`
+      }
       <div class="line">
         <${ActionButton}
           id="propose"
@@ -129,7 +139,8 @@ function Along() {
       </div>
     </div>`;
   return (
-    canPropose.value && html`<div class="line along">
+    canPropose.value &&
+    html`<div class="line along">
       <${ActionButton} id="propose" label=${t("calibrate.borders.find-along", { feature: name })} />
     </div>`
   );
@@ -159,11 +170,15 @@ function AddInside() {
     <option value="" disabled>
       ${t("calibrate.borders.add-inside.choose")}
     </option>
-    ${groups.map(([title, names]) => html`<optgroup key=${title} label=${title}>
-      ${names.map((name) => html`<option key=${name} value=${name}>
+    ${groups.map(
+      ([title, names]) => html`<optgroup key=${title} label=${title}>
+      ${names.map(
+        (name) => html`<option key=${name} value=${name}>
         ${lineTitle(name)}
-      </option>`)}
-    </optgroup>`)}
+      </option>`,
+      )}
+    </optgroup>`,
+    )}
   </select>`;
 }
 
@@ -175,11 +190,16 @@ function Degree() {
   /** @param {string} text */
   const choose = (text) => {
     const { degree: _, ...others } = doc.value.options;
-    change({ ...doc.value, options: text === "auto" ? others : { ...others, degree: Number(text) } });
+    change({
+      ...doc.value,
+      options: text === "auto" ? others : { ...others, degree: Number(text) },
+    });
   };
   const isChosen = model.value?.options.some((o) => o.name === "degree");
   return html`
-    ${isChosen && html`<label class="pair">
+    ${
+      isChosen &&
+      html`<label class="pair">
       <span>${t("calibrate.borders.degree")}</span>
       <select
         data-testid="degree"
@@ -187,16 +207,22 @@ function Degree() {
         onChange=${(/** @type {any} */ e) => choose(e.target.value)}
       >
         <option value="auto">${t("calibrate.options.auto")}</option>
-        ${[1, 2, 3, 4, 5, 6, 7, 8].map((d) => html`<option key=${d} value=${String(d)}>
+        ${[1, 2, 3, 4, 5, 6, 7, 8].map(
+          (d) => html`<option key=${d} value=${String(d)}>
           ${d}
-        </option>`)}
+        </option>`,
+        )}
       </select>
-    </label>`}
-    ${isCurve(curve) && html`<p class="reason" data-testid="degree-reason">
+    </label>`
+    }
+    ${
+      isCurve(curve) &&
+      html`<p class="reason" data-testid="degree-reason">
       <b>
         ${t("calibrate.borders.degree-found", { border: lineTitle(border), degree: curve.degree })}
       </b>${" "}
       ${curve.degree_reason}
-    </p>`}
+    </p>`
+    }
   `;
 }

@@ -25,17 +25,23 @@ export function Distortion({ report }) {
     return {
       border,
       // one definition: a curve's own bend, over its points alone, stands only where there is no fit yet
-      before: reported?.before_pct ?? (isNow && !it && isCurve(curve) ? curve.distortion_pct : null),
+      before:
+        reported?.before_pct ?? (isNow && !it && isCurve(curve) ? curve.distortion_pct : null),
       after: isNow && stale.value ? null : (reported?.after_pct ?? null),
     };
   });
   const all = it?.distortion,
     full = Math.max(1.5 * STANDARD_PCT, ...rows.map(({ before }) => 1.1 * Math.abs(before ?? 0))),
     at = (/** @type {number} */ v) => 50 + (50 * v) / full;
-  const value = !all ? "" : all.kind === null ? "–" : `${pct(all.before_pct)} %, ${KINDS[all.kind]}`;
+  const value = !all
+    ? ""
+    : all.kind === null
+      ? "–"
+      : `${pct(all.before_pct)} %, ${KINDS[all.kind]}`;
   return html`<section aria-label=${t("common.distortion")}>
     <${Fold} id="distortion" title=${t("common.distortion")} value=${value}>
-    ${rows.map(({ border, before, after }) => html`<div
+    ${rows.map(
+      ({ border, before, after }) => html`<div
       key=${border}
       class="bar-row"
       data-testid=${`distortion-${border}`}
@@ -48,15 +54,21 @@ export function Distortion({ report }) {
       <div class="bar" aria-hidden="true">
         <i class="band" style=${`left:${at(-STANDARD_PCT)}%;right:${100 - at(STANDARD_PCT)}%`}></i>
         <s class="zero"></s>
-        ${before !== null && html`<b
+        ${
+          before !== null &&
+          html`<b
           class=${Math.abs(before) > STANDARD_PCT ? "over" : ""}
           style=${`left:${Math.min(50, at(before))}%;width:${Math.abs(at(before) - 50)}%`}
-        ></b>`}
-        ${after !== null && 
-          html`<s class="after" style=${`left:${at(Math.max(-full, Math.min(full, after)))}%`}></s>`}
+        ></b>`
+        }
+        ${
+          after !== null &&
+          html`<s class="after" style=${`left:${at(Math.max(-full, Math.min(full, after)))}%`}></s>`
+        }
       </div>
       <em>${before === null ? "–" : `${pct(before)} %`}</em>
-    </div>`)}
+    </div>`,
+    )}
     <p class="key">
       <span>
         <i class="band"></i>${t("calibrate.distortion.key.standard", { limit: STANDARD_PCT })}
@@ -65,9 +77,12 @@ export function Distortion({ report }) {
         <i class="after"></i>${t("calibrate.distortion.key.after")}
       </span>
     </p>
-    ${all && html`<p class="reason" data-testid="distortion">
+    ${
+      all &&
+      html`<p class="reason" data-testid="distortion">
       ${found(all)}
-    </p>`}
+    </p>`
+    }
     <//>
   </section>`;
 }

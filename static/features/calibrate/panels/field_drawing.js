@@ -15,7 +15,6 @@ import { preview, refusal, stale } from "../fitting.js";
  * @typedef {{ x: number, y: number, width: number, height: number }} Rect
  */
 
-
 export function FieldDrawing() {
   const f = field.value,
     r = region.value,
@@ -41,13 +40,21 @@ export function FieldDrawing() {
     <g class="inside" clip-path="url(#in-view)">
       ${f.lines
         .filter((l) => !borders.has(l.name))
-        .map((l) => html`<${Feature} key=${l.name} name=${l.name} d=${`M${place(l.from)}L${place(l.to)}`} />`)}
-      ${f.arcs.map((a) => 
-        html`<${Feature} key=${a.name} name=${a.name} d=${`M${arcPoints(a).map(place).join("L")}`} />`)}
+        .map(
+          (l) =>
+            html`<${Feature} key=${l.name} name=${l.name} d=${`M${place(l.from)}L${place(l.to)}`} />`,
+        )}
+      ${f.arcs.map(
+        (a) =>
+          html`<${Feature} key=${a.name} name=${a.name} d=${`M${arcPoints(a).map(place).join("L")}`} />`,
+      )}
     </g>
     ${Object.entries(f.landmarks)
       .filter(([, p]) => isIn(rect, turned(p, deg)))
-      .map(([name, p]) => html`<${Spot} key=${name} name=${name} at=${turned(p, deg)} r=${3.2 * unit} />`)}
+      .map(
+        ([name, p]) =>
+          html`<${Spot} key=${name} name=${name} at=${turned(p, deg)} r=${3.2 * unit} />`,
+      )}
     ${BORDERS.map((border) => {
       const [[x1, y1], [x2, y2]] = sideOf(rect, border),
         isDown = x1 === x2,
@@ -126,12 +133,15 @@ function Spot({ name, at: [x, y], r }) {
 }
 
 /** @param {Rect} r @param {Point} p */
-const isIn = (r, [x, y]) => x >= r.x - 1 && x <= r.x + r.width + 1 && y >= r.y - 1 && y <= r.y + r.height + 1;
+const isIn = (r, [x, y]) =>
+  x >= r.x - 1 && x <= r.x + r.width + 1 && y >= r.y - 1 && y <= r.y + r.height + 1;
 
 /** How far a feature is: nothing, clicked, or part of the fit. @param {string} name */
 function stateClass(name) {
   if (!pointsOf(doc.value, name).length) return "";
-  const row = refusal.value ? undefined : preview.value?.report.per_feature.find((f) => f.feature === name);
+  const row = refusal.value
+    ? undefined
+    : preview.value?.report.per_feature.find((f) => f.feature === name);
   return row ? ` clicked ${row.used ? "used" : "checks"}` : " clicked";
 }
 
@@ -143,8 +153,8 @@ function done(name) {
   const part = how.endsWith("used")
     ? t("calibrate.field-drawing.used")
     : how.endsWith("checks")
-    ? t("calibrate.field-drawing.checks")
-    : "";
+      ? t("calibrate.field-drawing.checks")
+      : "";
   const fitting = stale.value ? t("calibrate.field-drawing.fitting") : "";
   return t("calibrate.field-drawing.points", { count }) + part + fitting;
 }

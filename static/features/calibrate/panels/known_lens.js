@@ -27,37 +27,52 @@ export function KnownLens({ option: { name }, value, about }) {
     <select ...${about} value=${value ?? ""} onChange=${(/** @type {any} */ e) => hold(e.target.value || null)}>
       <option value="">${t("calibrate.known-lens.none")}</option>
       ${!isKnown && html`<option value=${value}>${t("calibrate.known-lens.unknown")}</option>`}
-      ${boards.length > 0 && html`<optgroup label=${t("calibrate.known-lens.group.boards")}>
-        ${boards.map((l) => html`<option key=${l.id} value=${l.id}>
+      ${
+        boards.length > 0 &&
+        html`<optgroup label=${t("calibrate.known-lens.group.boards")}>
+        ${boards.map(
+          (l) => html`<option key=${l.id} value=${l.id}>
           ${boardTitle(l)}
-        </option>`)}
-      </optgroup>`}
-      ${made.length > 0 && html`<optgroup label=${t("calibrate.known-lens.group.calibrations")}>
-        ${made.map((c) => html`<option key=${c.id} value=${c.id}>
+        </option>`,
+        )}
+      </optgroup>`
+      }
+      ${
+        made.length > 0 &&
+        html`<optgroup label=${t("calibrate.known-lens.group.calibrations")}>
+        ${made.map(
+          (c) => html`<option key=${c.id} value=${c.id}>
           ${madeTitle(c)}
-        </option>`)}
-      </optgroup>`}
+        </option>`,
+        )}
+      </optgroup>`
+      }
     </select>
-    ${value !== null && html`<select
+    ${
+      value !== null &&
+      html`<select
       data-testid=${`option-${sigma}`}
       aria-label=${t("calibrate.known-lens.hold")}
       value=${doc.value.options[sigma] ?? "0"}
       onChange=${(/** @type {any} */ e) =>
-        change({ ...doc.value, options: { ...doc.value.options, [sigma]: e.target.value } })
-      }
+        change({ ...doc.value, options: { ...doc.value.options, [sigma]: e.target.value } })}
     >
       <option value="0">${t("calibrate.known-lens.hold.fast")}</option>
       <option value="own" disabled=${!hasSigma}>
         ${hasSigma ? t("calibrate.known-lens.hold.as-known") : t("calibrate.known-lens.hold.not-known")}
       </option>
-    </select>`}
-    ${others > 0 && html`<small>
+    </select>`
+    }
+    ${
+      others > 0 &&
+      html`<small>
       ${t("calibrate.known-lens.not-listed", {
         count: others,
         width: snapshot.value?.width ?? "",
         height: snapshot.value?.height ?? "",
       })}
-    </small>`}
+    </small>`
+    }
   `;
 }
 

@@ -13,7 +13,9 @@ import { OptionField } from "./options.js";
 
 export function LensModel() {
   const it = model.value;
-  const automatic = it ? t("calibrate.model.automatic-now", { model: it.title }) : t("calibrate.model.automatic");
+  const automatic = it
+    ? t("calibrate.model.automatic-now", { model: it.title })
+    : t("calibrate.model.automatic");
   const name = doc.value.model === null ? automatic : it?.title;
   return html`<${Fold}
     id="lens"
@@ -24,7 +26,9 @@ export function LensModel() {
       <${ActionButton} id="model-automatic" />
     </div>
     <${ModelTable} />
-    ${it && html`
+    ${
+      it &&
+      html`
       <section aria-label=${t("calibrate.model.options")}>
         <${Title} of="options">${t("calibrate.model.options")}<//>
         <p class="reason">
@@ -34,6 +38,7 @@ export function LensModel() {
           .filter((option) => option !== askedHeight.value) // it stands beside the accuracy
           .map((option) => html`<${OptionField} key=${it.name + option.name} option=${option} />`)}
       </section>
-    `}
+    `
+    }
   <//>`;
 }

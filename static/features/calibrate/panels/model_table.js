@@ -18,7 +18,11 @@ import { LEVEL } from "./levels.js";
 
 /** @type {{ id: Column, label: string, title: string }[]} */
 const COLUMNS = [
-  { id: "title", label: t("calibrate.model-table.model"), title: t("calibrate.model-table.sort.model") },
+  {
+    id: "title",
+    label: t("calibrate.model-table.model"),
+    title: t("calibrate.model-table.sort.model"),
+  },
   {
     id: "field_mm",
     label: t("calibrate.model-table.error"),
@@ -63,8 +67,9 @@ export function ModelTable() {
     <table class=${`models${ranking.value && !isFresh() ? " stale" : ""}`} data-testid="models">
       <thead>
         <tr>
-          ${COLUMNS.map(({ id, label, title }) => 
-            html`<th key=${id} scope="col" aria-sort=${by === id ? (up ? "ascending" : "descending") : "none"}>
+          ${COLUMNS.map(
+            ({ id, label, title }) =>
+              html`<th key=${id} scope="col" aria-sort=${by === id ? (up ? "ascending" : "descending") : "none"}>
               <button
                 type="button"
                 title=${title}
@@ -76,7 +81,8 @@ export function ModelTable() {
                 ${label}
                 <i aria-hidden="true">${by === id ? (up ? "▴" : "▾") : ""}</i>
               </button>
-            </th>`)}
+            </th>`,
+          )}
         </tr>
       </thead>
       ${rows.value.map((row) => html`<${Row} key=${row.name} ...${row} />`)}
@@ -105,44 +111,57 @@ function Row({ name, title, it, failed }) {
         </button>
       </th>
       <td class="value">
-        ${it
-          ? html`
+        ${
+          it
+            ? html`
             ${mm(it.field_mm)}
             <small> mm</small>
           `
-          : failed
-          ? (
-          "–"
-        )
-          : (
-          ""
-        )}
+            : failed
+              ? "–"
+              : ""
+        }
       </td>
       <td>${it ? it.parameters : ""}</td>
     </tr>
-    ${it && html`<tr class="words">
+    ${
+      it &&
+      html`<tr class="words">
       <td colspan="3">
         <b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}</b>
-        ${isBest && html`
+        ${
+          isBest &&
+          html`
           , <b class="recommended">${t("calibrate.model-table.recommended")}</b>
-        `}
+        `
+        }
       </td>
-    </tr>`}
-    ${failed && html`<tr class="words">
+    </tr>`
+    }
+    ${
+      failed &&
+      html`<tr class="words">
       <td colspan="3" data-testid=${`failed-${name}`}>
         <b class="level fair">${t("calibrate.model-table.cannot-be-fitted")}</b> ${failed.what} ${failed.fix}
       </td>
-    </tr>`}
-    ${isOn && it && html`<tr class="words">
+    </tr>`
+    }
+    ${
+      isOn &&
+      it &&
+      html`<tr class="words">
       <td colspan="3">
         <dl class="reason details" data-testid="model-details">
-          ${details(it).map(([what, value]) => html`<div key=${what}>
+          ${details(it).map(
+            ([what, value]) => html`<div key=${what}>
             <dt>${what}</dt>
             <dd>${value}</dd>
-          </div>`)}
+          </div>`,
+          )}
         </dl>
       </td>
-    </tr>`}
+    </tr>`
+    }
   </tbody>`;
 }
 
@@ -180,13 +199,13 @@ function Comparing() {
   if (!notCompared.value) return null;
   return html`<div class="working" data-testid="not-compared">
     <p class="reason">
-      ${why
-        ? html`
+      ${
+        why
+          ? html`
           <b>${why.detail}</b> ${why.fix}
         `
-        : (
-        t("calibrate.model-table.not-compared")
-      )}
+          : t("calibrate.model-table.not-compared")
+      }
     </p>
     <${ActionButton} id="compare-models" />
   </div>`;
@@ -199,18 +218,29 @@ function Conclusion() {
   const best = models.value.find((m) => m.name === now.recommended),
     failed = now.failed.length;
   return html`
-    ${now.no_significant_distortion && html`<p class="plainly" data-testid="no-distortion">
+    ${
+      now.no_significant_distortion &&
+      html`<p class="plainly" data-testid="no-distortion">
       ${rich("calibrate.model-table.no-distortion")}
-    </p>`}
+    </p>`
+    }
     <p class=${isFresh() ? "reason" : "reason stale"} data-testid="ranking">
-      ${best && html`
+      ${
+        best &&
+        html`
         <b>${t("calibrate.model-table.recommended-model")}</b>${" "}
-      `}
+      `
+      }
       ${now.reason.replace(`${inWords(NO_DISTORTION) ?? "No significant distortion."} `, "")}
       ${failed > 0 && ` ${t("calibrate.model-table.failed", { count: failed })}`}
     </p>
-    ${best && doc.value.model !== null && best.name !== doc.value.model && html`<div class="line use">
+    ${
+      best &&
+      doc.value.model !== null &&
+      best.name !== doc.value.model &&
+      html`<div class="line use">
       <${ActionButton} id="use-recommended" label=${t("calibrate.model-table.use", { model: best.title })} />
-    </div>`}
+    </div>`
+    }
   `;
 }

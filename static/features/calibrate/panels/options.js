@@ -21,12 +21,16 @@ const TAPE_MM = 30; // how sure a tape measure makes, until the operator says ot
 export function OptionField({ option }) {
   const { name, default: fallback } = option;
   // stands beside that lens
-  if (model.value?.options.some((o) => o.type === "calibration" && name === `${o.name}_sigma`)) return null;
+  if (model.value?.options.some((o) => o.type === "calibration" && name === `${o.name}_sigma`))
+    return null;
   const value = doc.value.options[name] ?? fallback;
   /** @param {unknown} v */
   const set = (v) => {
     const { [name]: _, ...others } = doc.value.options;
-    change({ ...doc.value, options: v === null || v === fallback ? others : { ...others, [name]: v } });
+    change({
+      ...doc.value,
+      options: v === null || v === fallback ? others : { ...others, [name]: v },
+    });
   };
   return html`<${OptionRow} option=${option} id=${`option-${name}`} value=${value} set=${set} />`;
 }
@@ -88,9 +92,11 @@ const List = ({ value, set, about, choices }) => html`<select
   value=${String(choices.findIndex(([, v]) => v === value))}
   onChange=${(/** @type {Changed} */ e) => set(choices[Number(e.target.value)][1])}
 >
-  ${choices.map(([text], i) => html`<option key=${text} value=${String(i)}>
+  ${choices.map(
+    ([text], i) => html`<option key=${text} value=${String(i)}>
     ${text}
-  </option>`)}
+  </option>`,
+  )}
 </select>`;
 
 /** @param {Props} props */
@@ -147,7 +153,9 @@ function ValueAndSigma({ option: { range: r, default: fallback }, value, set, ab
       value=${now?.value ?? ""}
       take=${setValue}
     />
-    ${now && html`
+    ${
+      now &&
+      html`
       <span>±</span>
       <${Typed}
         type="number"
@@ -158,7 +166,8 @@ function ValueAndSigma({ option: { range: r, default: fallback }, value, set, ab
         value=${now.sigma}
         take=${(/** @type {string} */ text) => set({ ...now, sigma: Number(text) })}
       />
-    `}
+    `
+    }
   `;
 }
 
@@ -173,10 +182,14 @@ function Terms({ option: { choices }, value, set, about }) {
       <input type="checkbox" ...${about} checked=${isAuto} onChange=${() => set(isAuto ? [choices[0]] : null)} />${" "}
       ${t("calibrate.options.auto")}
     </label>
-    ${!isAuto &&
-      choices.map((term) => html`<label key=${term}>
+    ${
+      !isAuto &&
+      choices.map(
+        (term) => html`<label key=${term}>
         <input type="checkbox" checked=${chosen.includes(term)} onChange=${() => toggle(term)} /> ${term}
-      </label>`)}
+      </label>`,
+      )
+    }
   </span>`;
 }
 
@@ -184,9 +197,11 @@ function Terms({ option: { choices }, value, set, about }) {
 function Names({ option: { name, choices }, value, set, about }) {
   const chosen = /** @type {string[]} */ (value);
   /** @param {string} one */
-  const toggle = (one) => set(chosen.includes(one) ? chosen.filter((c) => c !== one) : [...chosen, one]);
+  const toggle = (one) =>
+    set(chosen.includes(one) ? chosen.filter((c) => c !== one) : [...chosen, one]);
   return html`<span class="terms" role="group" aria-label=${label(name)}>
-    ${choices.map((one, i) => html`<label key=${one}>
+    ${choices.map(
+      (one, i) => html`<label key=${one}>
       <input
         type="checkbox"
         ...${i ? {} : about}
@@ -194,7 +209,8 @@ function Names({ option: { name, choices }, value, set, about }) {
         onChange=${() => toggle(one)}
       />${" "}
       ${choiceName(one)}
-    </label>`)}
+    </label>`,
+    )}
   </span>`;
 }
 

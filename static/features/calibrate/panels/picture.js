@@ -37,9 +37,11 @@ export function FieldPanel() {
         onChange=${(/** @type {any} */ e) => chooseField(e.target.value)}
       >
         <option value="" disabled>${t("calibrate.picture.choose-field")}</option>
-        ${fields.value.map(({ name, title }) => html`<option key=${name} value=${name}>
+        ${fields.value.map(
+          ({ name, title }) => html`<option key=${name} value=${name}>
           ${title}
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
     <label class="pair tall">
@@ -51,19 +53,24 @@ export function FieldPanel() {
         onChange=${(/** @type {any} */ e) => changePlace({ region: e.target.value, rotate: null })}
       >
         <option value="" disabled>${t("calibrate.picture.choose-area")}</option>
-        ${Object.keys(f?.regions ?? {}).map((name) => html`<option key=${name} value=${name}>
+        ${Object.keys(f?.regions ?? {}).map(
+          (name) => html`<option key=${name} value=${name}>
           ${areaTitle(name)}
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
     <${FieldDrawing} />
     <${Turn} />
-    ${f && html`<p class="reason">
+    ${
+      f &&
+      html`<p class="reason">
       ${f.own ? t("calibrate.picture.lines-elsewhere") : t("calibrate.picture.another-field")}${" "}
       <a href=${addressOf(f.own ? "field-editor" : "new-field", { field: f.name })} data-testid="edit-field">
         ${f.own ? t("calibrate.picture.edit") : t("calibrate.picture.edit-copy")}
       </a>
-    </p>`}
+    </p>`
+    }
   </section>`;
 }
 
@@ -81,11 +88,14 @@ function Turn() {
   const r = region.value;
   return html`<div class="line">
     <small>
-      ${r && html`
+      ${
+        r &&
+        html`
         ${number(across(r), 0)} × ${number(down(r), 0)} mm
         <br />
         ${t("calibrate.picture.turned", { degrees: rotation.value })}
-      `}
+      `
+      }
     </small>
     <${ActionButton} id="turn" />
   </div>`;
@@ -113,7 +123,8 @@ function chooseField(name) {
 }
 
 /** What decides whether an image will do. */
-export const PictureAdvice = () => html`<${List} title=${t("calibrate.picture.advice")} texts=${ADVICE} />`;
+export const PictureAdvice = () =>
+  html`<${List} title=${t("calibrate.picture.advice")} texts=${ADVICE} />`;
 
 /** What to check of the chosen field; while none is, of the image. */
 export const PictureHelp = () => html`

@@ -15,23 +15,29 @@ export function Presence() {
     ...known,
     ...(nameless
       ? [
-        known.length
-          ? t("calibrate.presence.more", { count: nameless })
-          : t("calibrate.presence.nameless", { count: nameless }),
-      ]
+          known.length
+            ? t("calibrate.presence.more", { count: nameless })
+            : t("calibrate.presence.nameless", { count: nameless }),
+        ]
       : []),
   ].join(", ");
   return html`<div class="presence">
-    ${isTheirs() && html`<div class="line" role="status" data-testid="changed-by">
+    ${
+      isTheirs() &&
+      html`<div class="line" role="status" data-testid="changed-by">
       <span class="grow">
         ${rich("calibrate.presence.changed", { name: changedBy.value?.name })}
       </span>
       <button type="button" data-testid="undo-theirs" onClick=${undo}>
         ${t("common.undo")}
       </button>
-    </div>`}
-    ${names.length > 0 && html`<p data-testid="presence">
+    </div>`
+    }
+    ${
+      names.length > 0 &&
+      html`<p data-testid="presence">
       <span aria-hidden="true">●</span> ${t("calibrate.presence.open", { count: known.length + nameless, who })}
-    </p>`}
+    </p>`
+    }
   </div>`;
 }

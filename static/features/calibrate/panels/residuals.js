@@ -34,7 +34,9 @@ export function Residuals({ report }) {
     known = all.filter((bar) => valueOf(bar) !== null);
   if (!all.length) return null;
   const it = report ?? preview.value?.report,
-    value = it ? t("calibrate.residuals.value", { rms: number(it.rms_px, 2), largest: number(it.max_px, 2) }) : "";
+    value = it
+      ? t("calibrate.residuals.value", { rms: number(it.rms_px, 2), largest: number(it.max_px, 2) })
+      : "";
   /** @param {Partial<typeof plot.value>} next @param {string} label @param {string} test @param {boolean} isOn */
   const choice = (next, label, test, isOn) => html`<button
     type="button"
@@ -66,11 +68,13 @@ export function Residuals({ report }) {
         ${choice({ unit: "mm" }, "mm", "unit-mm", unit === "mm")}
       </div>
     </div>
-    ${known.length === 0
-      ? html`<p class="reason">${t("calibrate.residuals.not-known", { unit })}</p>`
-      : kind === "along"
-      ? html`<${Along} />`
-      : html`<${Histogram} bars=${known.filter((bar) => !bar.stray)} />`}
+    ${
+      known.length === 0
+        ? html`<p class="reason">${t("calibrate.residuals.not-known", { unit })}</p>`
+        : kind === "along"
+          ? html`<${Along} />`
+          : html`<${Histogram} bars=${known.filter((bar) => !bar.stray)} />`
+    }
     <p class="reason" data-testid="residual-said" aria-live="off">
       ${said(known)}
     </p>
@@ -88,13 +92,19 @@ export function Residuals({ report }) {
 function said(known) {
   const here = known.filter((bar) => hovered.value.some((p) => isSame(p, bar)));
   if (here.length > 1) return rich("calibrate.residuals.here", { count: here.length });
-  const far = known.reduce((a, b) => (Math.abs(valueOf(b) ?? 0) > Math.abs(valueOf(a) ?? 0) ? b : a), known[0]),
+  const far = known.reduce(
+      (a, b) => (Math.abs(valueOf(b) ?? 0) > Math.abs(valueOf(a) ?? 0) ? b : a),
+      known[0],
+    ),
     strays = known.filter((bar) => bar.stray).length;
   if (here[0]) return oneOf(here[0]);
   if (!far) return far;
   const all = { count: known.length, largest: oneOf(far) };
   return strays
-    ? rich("calibrate.residuals.all-strays", { ...all, strays: t("common.strays", { count: strays }) })
+    ? rich("calibrate.residuals.all-strays", {
+        ...all,
+        strays: t("common.strays", { count: strays }),
+      })
     : rich("calibrate.residuals.all", all);
 }
 
@@ -122,7 +132,10 @@ function Along() {
   // The scale is that of the others: one stray would press them flat. It ends in an arrow at the edge.
   const values = bars.map(valueOf),
     fine = bars.filter((bar) => !bar.stray),
-    most = Math.max(MIN_SCALE, ...(fine.length ? fine : bars).map((bar) => Math.abs(valueOf(bar) ?? 0)));
+    most = Math.max(
+      MIN_SCALE,
+      ...(fine.length ? fine : bars).map((bar) => Math.abs(valueOf(bar) ?? 0)),
+    );
   const shown = bars.findIndex((bar) => hovered.value.some((p) => isSame(p, bar)));
   /** @param {UPlot} u */
   const draw = (u) => {
@@ -171,7 +184,8 @@ function Along() {
         {
           ...axis(),
           splits: () => lines.map((_, i) => i + 0.5),
-          values: () => lines.map((l) => (lines.length > 5 ? lineTitle(l.feature)[0] : lineTitle(l.feature))),
+          values: () =>
+            lines.map((l) => (lines.length > 5 ? lineTitle(l.feature)[0] : lineTitle(l.feature))),
           grid: { show: false },
         },
         { ...axis(), size: 40 },
@@ -183,15 +197,13 @@ function Along() {
     describe=${(/** @type {number} */ i) =>
       bars[i]
         ? t("calibrate.residuals.point-residual", {
-          feature: lineTitle(bars[i].feature),
-          number: bars[i].index + 1,
-          residual: signed(bars[i].px, 2),
-        })
-        : ""
-    }
+            feature: lineTitle(bars[i].feature),
+            number: bars[i].index + 1,
+            residual: signed(bars[i].px, 2),
+          })
+        : ""}
     point=${(/** @type {number} */ i) =>
-      pointAt(bars[i] ? [{ feature: bars[i].feature, index: bars[i].index }] : [])
-    }
+      pointAt(bars[i] ? [{ feature: bars[i].feature, index: bars[i].index }] : [])}
     take=${(/** @type {number} */ i) => {
       if (bars[i]) take(bars[i]);
     }}
@@ -253,16 +265,14 @@ function Histogram({ bars }) {
       describe=${(/** @type {number} */ i) =>
         bins[i]
           ? t("calibrate.residuals.bar", {
-            count: bins[i].length,
-            residual: signed(xs[i], 2),
-            unit: plot.value.unit,
-          })
-          : ""
-      }
+              count: bins[i].length,
+              residual: signed(xs[i], 2),
+              unit: plot.value.unit,
+            })
+          : ""}
       isEmpty=${(/** @type {number} */ i) => bins[i]?.length === 0}
       point=${(/** @type {number} */ i) =>
-        pointAt((bins[i] ?? []).map(({ feature, index }) => ({ feature, index })))
-      }
+        pointAt((bins[i] ?? []).map(({ feature, index }) => ({ feature, index })))}
       take=${(/** @type {number} */ i) => {
         if (bins[i]?.length) {
           if (comparing.value) take(bins[i][0]);
@@ -286,7 +296,13 @@ const axis = () => ({
   grid: { stroke: () => ink("--line"), width: 1 },
   values: (/** @type {UPlot} */ _u, /** @type {number[]} */ splits) =>
     splits.map((v) =>
-      number(v, Math.max(0, -Math.floor(Math.log10(Math.max(1e-3, Math.abs((splits[1] ?? 1) - splits[0])))))),
+      number(
+        v,
+        Math.max(
+          0,
+          -Math.floor(Math.log10(Math.max(1e-3, Math.abs((splits[1] ?? 1) - splits[0])))),
+        ),
+      ),
     ),
 });
 

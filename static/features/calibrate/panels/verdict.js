@@ -27,39 +27,48 @@ export function Verdict({ report }) {
       data-level=${it?.verdict.level ?? ""}
       aria-live="polite"
     >
-      ${it
-        ? html`
+      ${
+        it
+          ? html`
           <div class="big">
-            ${it.verdict.level === "unknown"
-              ? "?"
-              : html`
+            ${
+              it.verdict.level === "unknown"
+                ? "?"
+                : html`
                 ${mm(it.verdict.mm)}
                 <small>
                   ${" "}
-                  ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms
-                    ? t("calibrate.verdict.expected-error")
-                    : t("calibrate.verdict.inside-field")}
+                  ${
+                    it.sigma_mm && it.verdict.mm === it.sigma_mm.rms
+                      ? t("calibrate.verdict.expected-error")
+                      : t("calibrate.verdict.inside-field")
+                  }
                 </small>
-              `}
+              `
+            }
           </div>
           <p>
             <b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}
           </p>
           <dl>
-            ${it.sigma_mm
-              ? html`
+            ${
+              it.sigma_mm
+                ? html`
                 <div>
                   <dd>${mm(it.sigma_mm.rms)} mm</dd>
                   <dt>${t("calibrate.verdict.carpet")}</dt>
                 </div>
-                ${it.sigma_mm.hat && html`<div>
+                ${
+                  it.sigma_mm.hat &&
+                  html`<div>
                   <dd data-testid="robot-tops">
                     ${robotTopsMm(it) === null ? "?" : `${mm(robotTopsMm(it))} mm`}
                   </dd>
                   <dt>${t("calibrate.verdict.robot-tops", { height: it.sigma_mm.hat.z_mm })}</dt>
-                </div>`}
+                </div>`
+                }
               `
-              : html`
+                : html`
                 <div>
                   <dd>${mm(it.rms_mm)} mm</dd>
                   <dt>${t("calibrate.verdict.borders")}</dt>
@@ -68,15 +77,16 @@ export function Verdict({ report }) {
                   <dd>${mm(it.max_mm)} mm</dd>
                   <dt>${t("calibrate.verdict.worst-click")}</dt>
                 </div>
-              `}
+              `
+            }
             <div>
               <dd data-testid="rms-px">${number(it.rms_px, 2)} px</dd>
               <dt>${t("calibrate.verdict.residual")}</dt>
             </div>
           </dl>
         `
-        : why
-        ? html`
+          : why
+            ? html`
           <div class="big dim">
             – <small>mm</small>
           </div>
@@ -85,7 +95,7 @@ export function Verdict({ report }) {
           </p>
           <${Fixes} trouble=${why} />
         `
-        : html`
+            : html`
           <div class="big dim">
             – <small>mm</small>
           </div>
@@ -94,16 +104,21 @@ export function Verdict({ report }) {
               stale.value
                 ? "shell.sentence.computing"
                 : snapshot.value
-                ? "calibrate.verdict.click-borders"
-                : "calibrate.verdict.open-picture",
+                  ? "calibrate.verdict.click-borders"
+                  : "calibrate.verdict.open-picture",
             )}
           </p>
-        `}
+        `
+      }
     </div>
-    ${!report && askedHeight.value && html`<div class="question" data-testid="camera-height">
+    ${
+      !report &&
+      askedHeight.value &&
+      html`<div class="question" data-testid="camera-height">
       <h3>${t("calibrate.verdict.camera-height")}</h3>
       <${OptionField} option=${askedHeight.value} />
-    </div>`}
+    </div>`
+    }
     ${it && html`<${Warnings} warnings=${it.warnings} canFix=${!report || isSaved.value} />`}
   </section>`;
 }

@@ -12,11 +12,14 @@ const SHOWN = 2; // the others open on demand, so that the figures stay in sight
 export function Fixes({ trouble }) {
   const fixes = fixesOf(trouble);
   return (
-    fixes.length > 0 && html`<div class="line">
-      ${fixes.map(({ label, test, run, waits }) => 
-        html`<button key=${test} type="button" data-testid=${test} disabled=${waits} onClick=${run}>
+    fixes.length > 0 &&
+    html`<div class="line">
+      ${fixes.map(
+        ({ label, test, run, waits }) =>
+          html`<button key=${test} type="button" data-testid=${test} disabled=${waits} onClick=${run}>
           ${label}
-        </button>`)}
+        </button>`,
+      )}
     </div>`
   );
 }
@@ -26,7 +29,7 @@ export function Fixes({ trouble }) {
  * @param {{ warnings: import("../../../core/types").Warning[], canFix: boolean }} props
  */
 export function Warnings({ warnings, canFix }) {
-  const item = (/** @type {import("../../../core/types").Warning} */ w) => 
+  const item = (/** @type {import("../../../core/types").Warning} */ w) =>
     html`<li key=${w.reason + w.feature + w.index + w.text} data-reason=${w.reason}>
       <b>${w.text}</b> ${w.fix}
       ${canFix && html`<${Fixes} trouble=${w} />`}
@@ -35,9 +38,12 @@ export function Warnings({ warnings, canFix }) {
     <ul class="warnings" data-testid="warnings">
       ${warnings.slice(0, SHOWN).map(item)}
     </ul>
-    ${warnings.length > SHOWN && html`<details class="more">
+    ${
+      warnings.length > SHOWN &&
+      html`<details class="more">
       <summary>${t("calibrate.warnings.more", { count: warnings.length - SHOWN })}</summary>
       <ul class="warnings">${warnings.slice(SHOWN).map(item)}</ul>
-    </details>`}
+    </details>`
+    }
   `;
 }

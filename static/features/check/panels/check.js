@@ -7,7 +7,11 @@ import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { checked, checking, closeCheck, notChecked } from "../check.js";
 
-const LEVEL = { good: t("common.level.good"), fair: t("common.level.fair"), poor: t("common.level.poor") };
+const LEVEL = {
+  good: t("common.level.good"),
+  fair: t("common.level.fair"),
+  poor: t("common.level.poor"),
+};
 const FAR_MM = 15; // as verdicts have it
 const MARK = 320; // of the picture's longer side, a mark's radius
 
@@ -38,11 +42,13 @@ export function CheckedPicture() {
         role="img"
         aria-label=${t("check.picture.lines")}
       >
-        ${it.points.map((p, i) => html`<g key=${i} class=${Math.abs(p.off_mm) > FAR_MM ? "far" : "near"}>
+        ${it.points.map(
+          (p, i) => html`<g key=${i} class=${Math.abs(p.off_mm) > FAR_MM ? "far" : "near"}>
           <circle class="expected" cx=${p.expected[0]} cy=${p.expected[1]} r=${r * 0.6} />
           <path d=${`M${p.expected.join()}L${p.found.join()}`} stroke-width=${r * 0.6} />
           <circle cx=${p.found[0]} cy=${p.found[1]} r=${r} />
-        </g>`)}
+        </g>`,
+        )}
       </svg>
     </div>
     <figcaption class="reason">
@@ -86,12 +92,14 @@ export function CheckReport() {
         </tr>
       </thead>
       <tbody>
-        ${it.lines.map((l) => html`<tr key=${l.feature} data-testid=${`line-${l.feature}`}>
+        ${it.lines.map(
+          (l) => html`<tr key=${l.feature} data-testid=${`line-${l.feature}`}>
           <th scope="row">${lineTitle(l.feature)}</th>
           <td>${number(100 * l.found_share, 0)} %</td>
           <td>${l.rms_mm === null ? "–" : mm(l.rms_mm)}</td>
           <td>${l.worst_mm === null ? "–" : mm(l.worst_mm)}</td>
-        </tr>`)}
+        </tr>`,
+        )}
       </tbody>
     </table>
     <p class="reason">

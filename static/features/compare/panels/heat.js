@@ -9,7 +9,15 @@ import { rich } from "../../../ui/rich.js";
 import { MapScale } from "../../../ui/map_scale.js";
 import { Title } from "../../../ui/title.js";
 import { goToModelComparison, worstPlaceFix } from "../../calibrate/warning_fixes.js";
-import { comparableVersions, differenceFrom, hatMm, heat, isMapWanted, mapRefusal, shownMap } from "../heat.js";
+import {
+  comparableVersions,
+  differenceFrom,
+  hatMm,
+  heat,
+  isMapWanted,
+  mapRefusal,
+  shownMap,
+} from "../heat.js";
 import { arrows } from "../residual_arrows.js";
 import { version, versions } from "../../versions/versions.js";
 
@@ -21,28 +29,33 @@ export function HeatLegend() {
     why = mapRefusal.value;
   return html`<section class="legend" data-testid="legend" aria-label=${t("compare.heat.legend")}>
     <h2>
-      ${what === "expected"
-        ? t("common.expected-error")
-        : t("compare.heat.difference", {
-            version: version.value?.version ?? "–",
-            other: numberOf(heat.value.other),
-          })}
+      ${
+        what === "expected"
+          ? t("common.expected-error")
+          : t("compare.heat.difference", {
+              version: version.value?.version ?? "–",
+              other: numberOf(heat.value.other),
+            })
+      }
     </h2>
     ${map && html`<${MapScale} />`}
-    ${why
-      ? html`<p data-testid="no-map">
+    ${
+      why
+        ? html`<p data-testid="no-map">
         <b>${why.detail}</b> ${why.fix}${" "}
         <button type="button" data-testid="no-map-cure" onClick=${goToModelComparison}>
           ${t("compare.heat.compare-models")}
         </button>
       </p>`
-      : (
-      !map && html`<p class="dim">${t("compare.heat.computing")}</p>`
-    )}
-    ${what === "expected" && html`<div class="switch" role="group" aria-label=${t("compare.heat.where")}>
+        : !map && html`<p class="dim">${t("compare.heat.computing")}</p>`
+    }
+    ${
+      what === "expected" &&
+      html`<div class="switch" role="group" aria-label=${t("compare.heat.where")}>
       <${Height} atHats=${false} label=${t("common.carpet")} />
       <${Height} atHats=${true} label=${t("compare.heat.hats", { height: hatMm.value })} />
-    </div>`}
+    </div>`
+    }
   </section>`;
 }
 
@@ -75,45 +88,56 @@ export function HeatPanel() {
         label=${arrows.value.on ? t("compare.heat.hide-arrows") : t("compare.heat.show-arrows")}
       />
     </div>
-    ${map?.what === "expected" && html`
+    ${
+      map?.what === "expected" &&
+      html`
       <p class="reason" data-testid="heat-figures">
-        ${map.z_mm
-          ? rich("compare.heat.figures.hats", {
-              height: map.z_mm,
-              median: mm(map.median_mm),
-              worst: mm(map.worst_mm),
-              place: place(map.worst_place),
-            })
-          : rich("compare.heat.figures.carpet", {
-              median: mm(map.median_mm),
-              worst: mm(map.worst_mm),
-              place: place(map.worst_place),
-            })}
+        ${
+          map.z_mm
+            ? rich("compare.heat.figures.hats", {
+                height: map.z_mm,
+                median: mm(map.median_mm),
+                worst: mm(map.worst_mm),
+                place: place(map.worst_place),
+              })
+            : rich("compare.heat.figures.carpet", {
+                median: mm(map.median_mm),
+                worst: mm(map.worst_mm),
+                place: place(map.worst_place),
+              })
+        }
       </p>
       <${Worst} />
-    `}
-    ${before.length > 0 && html`<label class="pair tall other">
+    `
+    }
+    ${
+      before.length > 0 &&
+      html`<label class="pair tall other">
       <span>${t("compare.heat.difference-from")}</span>
       <select
         data-testid="other"
         value=${what === "difference" ? heat.value.other : ""}
         onChange=${(/** @type {any} */ e) =>
-          e.target.value ? differenceFrom(e.target.value) : run("difference")
-        }
+          e.target.value ? differenceFrom(e.target.value) : run("difference")}
       >
         <option value="">
           ${what === "difference" ? t("compare.heat.hide-difference") : ACTIONS.get("difference")?.short}
         </option>
-        ${before.map((v) => html`<option key=${v.id} value=${v.id}>
+        ${before.map(
+          (v) => html`<option key=${v.id} value=${v.id}>
           ${t("compare.heat.version", {
             version: v.version,
             model: modelTitle(v.model.name),
             time: dayAndTime(v.created_at),
           })}
-        </option>`)}
+        </option>`,
+        )}
       </select>
-    </label>`}
-    ${map?.what === "difference" && html`
+    </label>`
+    }
+    ${
+      map?.what === "difference" &&
+      html`
       <p class="reason" data-testid="heat-figures">
         ${rich("compare.heat.figures.difference", {
           median: mm(map.median_mm),
@@ -124,7 +148,8 @@ export function HeatPanel() {
         })}
       </p>
       <${Worst} />
-    `}
+    `
+    }
   </section>`;
 }
 
@@ -135,9 +160,13 @@ function Worst() {
     ${text && html`<p class="reason">${text}</p>`}
     <div class="line">
       <${ActionButton} id="worst-place" />
-      ${fixes.map((fix) => html`<button key=${fix.test} type="button" data-testid=${fix.test} onClick=${fix.run}>
+      ${fixes.map(
+        (
+          fix,
+        ) => html`<button key=${fix.test} type="button" data-testid=${fix.test} onClick=${fix.run}>
         ${fix.label}
-      </button>`)}
+      </button>`,
+      )}
     </div>
   </div>`;
 }

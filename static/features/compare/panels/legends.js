@@ -29,9 +29,11 @@ export function GridLegend() {
         onChange=${(/** @type {any} */ e) => choose(e.target.value)}
       >
         <option value="">${t("compare.auto")}</option>
-        ${spacings.value.map((mm) => html`<option key=${mm} value=${String(mm)}>
+        ${spacings.value.map(
+          (mm) => html`<option key=${mm} value=${String(mm)}>
           ${number(mm, 0)} mm
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
     ${!gridLines.value && html`<p class="dim">${t("compare.grid.computing")}</p>`}
@@ -50,9 +52,10 @@ export function BlinkLegend() {
     aria-label=${t("common.blink")}
   >
     <h2 class="showing">${name}</h2>
-    ${prefersLessMotion.value
-      ? html`<p data-testid="calm">${t("compare.blink.by-hand")}</p>`
-      : html`<div class="switch" role="group" aria-label=${t("compare.blink.rate")}>
+    ${
+      prefersLessMotion.value
+        ? html`<p data-testid="calm">${t("compare.blink.by-hand")}</p>`
+        : html`<div class="switch" role="group" aria-label=${t("compare.blink.rate")}>
         <button
           type="button"
           data-testid="blink-pause"
@@ -61,7 +64,8 @@ export function BlinkLegend() {
         >
           ${t("compare.action.blink-pause.short")}
         </button>
-        ${RATES.map((r) => html`<button
+        ${RATES.map(
+          (r) => html`<button
           key=${r}
           type="button"
           data-testid=${`blink-${r}`}
@@ -69,8 +73,10 @@ export function BlinkLegend() {
           onClick=${() => setSwapRate(r)}
         >
           ${r}/s
-        </button>`)}
-      </div>`}
+        </button>`,
+        )}
+      </div>`
+    }
     <div class="switch">
       <button type="button" data-testid="blink-swap" onClick=${() => run("swap")}>
         ${t("compare.action.swap.short")}

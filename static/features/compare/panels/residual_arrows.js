@@ -7,7 +7,15 @@ import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { view } from "../../../canvas/viewport.js";
 import { correctedPlacement, visiblePicture } from "../comparison.js";
-import { FACTORS, arrows, factor, longest, longestOf, magnify, shownArrows } from "../residual_arrows.js";
+import {
+  FACTORS,
+  arrows,
+  factor,
+  longest,
+  longestOf,
+  magnify,
+  shownArrows,
+} from "../residual_arrows.js";
 
 const RULER_PX = 100; // on the stage, at most
 
@@ -52,16 +60,22 @@ export function ArrowLegend() {
       </button>
     </div>
     <p data-testid="arrow-figures">
-      ${far && html`
+      ${
+        far &&
+        html`
         ${rich("compare.arrows.longest", { px: number(far.px, 2), mm: mm(far.mm), point: nameOf(far) })}${" "}
-      `}
-      ${stray && html`
+      `
+      }
+      ${
+        stray &&
+        html`
         ${rich("compare.arrows.strays", {
           count: strays,
           strays: html`<b class="level fair">${t("common.strays", { count: strays })}</b>`,
           px: number(stray.px, 1),
         })}${" "}
-      `}
+      `
+      }
       ${cut > 0 && `${t("compare.arrows.cut-short", { count: cut })} `}
       ${unseen > 0 && t("compare.arrows.out-of-reach", { count: unseen })}
     </p>
@@ -72,10 +86,13 @@ export function ArrowLegend() {
 function Ruler() {
   const onCorrected = comparing.value && visiblePicture.value === "corrected",
     of = shownArrows.value?.[onCorrected ? "corrected" : "image"];
-  const unit = factor.value * view.value.k * (onCorrected ? (correctedPlacement.value?.scale ?? 1) : 1),
+  const unit =
+      factor.value * view.value.k * (onCorrected ? (correctedPlacement.value?.scale ?? 1) : 1),
     px = roundDown(RULER_PX / unit),
     each = of?.mm_per_px;
-  const length = onCorrected ? t("compare.arrows.corrected-px", { length: plain(px) }) : `${plain(px)} px`,
+  const length = onCorrected
+      ? t("compare.arrows.corrected-px", { length: plain(px) })
+      : `${plain(px)} px`,
     label = `${length}${each ? ` ≈ ${plain(px * each, 1)} mm` : ""}`;
   return html`<div
     class="ruler"

@@ -15,7 +15,9 @@ const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDo
 export function ColourPicking({ width, height }) {
   const [from, setFrom] = useState(/** @type {{ at: Point, screen: Point } | null} */ (null));
   const [to, setTo] = useState(/** @type {Point | null} */ (null));
-  const [cross, setCross] = useState(/** @type {Point} */ ([Math.round(width / 2), Math.round(height / 2)]));
+  const [cross, setCross] = useState(
+    /** @type {Point} */ ([Math.round(width / 2), Math.round(height / 2)]),
+  );
   const [corner, setCorner] = useState(/** @type {Point | null} */ (null));
   const [isByKeys, setByKeys] = useState(false),
     mark = useRef(/** @type {Element | null} */ (null));
@@ -28,7 +30,10 @@ export function ColourPicking({ width, height }) {
     const box = /** @type {Element} */ (e.currentTarget).getBoundingClientRect();
     const at = (/** @type {number} */ s, /** @type {number} */ all) =>
       Math.round(10 * Math.min(all - 1, Math.max(0, s * all - 0.5))) / 10;
-    return [at((e.clientX - box.left) / box.width, width), at((e.clientY - box.top) / box.height, height)];
+    return [
+      at((e.clientX - box.left) / box.width, width),
+      at((e.clientY - box.top) / box.height, height),
+    ];
   };
   /** @param {Point} a @param {Point} b @returns {[number, number, number, number]} */
   const boxOf = (a, b) => [
@@ -63,7 +68,8 @@ export function ColourPicking({ width, height }) {
     }, // two fingers: the page is being moved
     onKeyDown: (/** @type {KeyboardEvent} */ e) => {
       const way = WAYS[e.key];
-      if (e.ctrlKey || e.metaKey || e.altKey || !(way || e.key === "Enter" || e.key === "b")) return;
+      if (e.ctrlKey || e.metaKey || e.altKey || !(way || e.key === "Enter" || e.key === "b"))
+        return;
       e.preventDefault();
       setByKeys(true);
       if (way) {
@@ -99,7 +105,9 @@ export function ColourPicking({ width, height }) {
       y: Math.round(cross[1]),
     })}
   >
-    ${drawn && html`
+    ${
+      drawn &&
+      html`
       <rect
         class="casing"
         x=${drawn[0]}
@@ -108,13 +116,18 @@ export function ColourPicking({ width, height }) {
         height=${drawn[3] - drawn[1]}
       />
       <rect x=${drawn[0]} y=${drawn[1]} width=${drawn[2] - drawn[0]} height=${drawn[3] - drawn[1]} />
-    `}
-    ${isByKeys &&
-      ["casing", ""].map((kind) => html`<path
+    `
+    }
+    ${
+      isByKeys &&
+      ["casing", ""].map(
+        (kind) => html`<path
         key=${kind}
         ref=${mark}
         class=${kind}
         d=${`M${cross[0] - arm} ${cross[1]}h${2 * arm}M${cross[0]} ${cross[1] - arm}v${2 * arm}`}
-      />`)}
+      />`,
+      )
+    }
   </svg>`;
 }

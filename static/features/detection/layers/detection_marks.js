@@ -38,15 +38,20 @@ export function DetectionMarks({ items, corrected, size, labels }) {
     >
       <path class="casing" d=${ring} />
       <path d=${ring} />
-      ${front && html`
+      ${
+        front &&
+        html`
         <path class="casing" d=${front} />
         <path d=${front} />
-      `}
-      ${(item.kind === "robot" || labels) && 
+      `
+      }
+      ${
+        (item.kind === "robot" || labels) &&
         html`<text x=${at[0]} y=${top - size / 3} font-size=${size} stroke-width=${size / 4}>
           ${item.kind === "robot" ? nameOf(item) : ""}
           ${labels && item.x_mm !== null ? ` ${number(item.x_mm, 0)}, ${number(item.y_mm, 0)}` : ""}
-        </text>`}
+        </text>`
+      }
     </g>`;
   });
 }
@@ -64,7 +69,8 @@ function shapeOf(item, map) {
   const [x, y] = item.pixel,
     way = map && item.kind === "robot" ? pixelsPerMm(map, item.pixel) : null;
   const r_mm = (map?.hat_mm ?? 0) < SMALL_HAT_MM ? SMALL_ROBOT_MM : ROBOT_MM;
-  const isDot = item.kind === "robot" && detectionState.value?.plan.stages.some((s) => s.stage === "butterfly");
+  const isDot =
+    item.kind === "robot" && detectionState.value?.plan.stages.some((s) => s.stage === "butterfly");
   const r_px = Math.max(4, Math.sqrt(item.area_px / Math.PI) * (isDot ? BY_DOT : BY_PATCHES));
   const turns = Array.from({ length: CORNERS }, (_, i) => (2 * Math.PI * i) / CORNERS);
   /** @param {number} angle @returns {Point} */

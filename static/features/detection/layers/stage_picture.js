@@ -63,7 +63,6 @@ function HeldStage({ stage }) {
       data-testid=${`stage-held-${stage}`}
       src=${source}
     />`
-    : (
-    heldFrame.value && html`<img class="held waiting" alt="" src=${framePicture(heldFrame.value)} />`
-  );
+    : heldFrame.value &&
+        html`<img class="held waiting" alt="" src=${framePicture(heldFrame.value)} />`;
 }

@@ -16,15 +16,20 @@ export function ClipBar() {
         label=${it ? t("detection.clips.go-on") : t("detection.action.hold-frame.short")}
       />
       <${ActionButton} id="next-frame" />
-      ${clip && html`
+      ${
+        clip &&
+        html`
         <${ActionButton} id="previous-frame" />
         <${ActionButton}
           id="play-clip"
           label=${playing.value ? t("detection.clips.pause") : t("detection.action.play-clip.short")}
         />
-      `}
+      `
+      }
       <${ActionButton} id="record-clip" />
-      ${clips.value.length > 0 && html`<label class="line plan">
+      ${
+        clips.value.length > 0 &&
+        html`<label class="line plan">
         ${t("detection.clips.clip")}${" "}
         <select
           data-testid="clip"
@@ -32,26 +37,38 @@ export function ClipBar() {
           onChange=${(/** @type {any} */ e) => openClip(e.target.value)}
         >
           <option value="">${clip ? t("detection.clips.back") : t("detection.choose")}</option>
-          ${clips.value.map((c) => html`<option key=${c.clip} value=${c.clip}>
+          ${clips.value.map(
+            (c) => html`<option key=${c.clip} value=${c.clip}>
             ${t("detection.clips.option", {
               time: dayAndTime(c.taken_at),
               seconds: number(c.seconds, 1),
               count: c.frames,
             })}
-          </option>`)}
+          </option>`,
+          )}
         </select>
-      </label>`}
-      ${clip && html`<button type="button" data-testid="remove-clip" onClick=${() => void removeClip(clip)}>
+      </label>`
+      }
+      ${
+        clip &&
+        html`<button type="button" data-testid="remove-clip" onClick=${() => void removeClip(clip)}>
         ${t("detection.clips.remove")}
-      </button>`}
+      </button>`
+      }
     </div>
-    ${recording.value && html`<div class="working" data-testid="recording">
+    ${
+      recording.value &&
+      html`<div class="working" data-testid="recording">
       <div class="line">
         <progress max="1" value=${recording.value.share} aria-label=${t("detection.clips.recording")}></progress>
         <${ActionButton} id="stop-recording" />
       </div>
-    </div>`}
-    ${clip && it && html`<label class="line clip-place">
+    </div>`
+    }
+    ${
+      clip &&
+      it &&
+      html`<label class="line clip-place">
       <span>
         ${t("detection.clips.place", { frame: it.number + 1, frames: clip.frames })}
       </span>
@@ -68,6 +85,7 @@ export function ClipBar() {
           seek(Number(e.target.value));
         }}
       />
-    </label>`}
+    </label>`
+    }
   </div>`;
 }

@@ -40,37 +40,49 @@ export function DetectionForm() {
     <section aria-label=${t("detection.colours.title")} data-testid="colours">
       <${Title} of="colours">${t("detection.colours.title")}<//>
       <p class="reason" data-testid="learned">
-        ${it.learned === "clicks"
-          ? rich("detection.colours.gone-by", { profile: it.profile?.name })
-          : it.learned === "picture"
-            ? t("detection.colours.found")
-            : t("detection.colours.not-found")}
+        ${
+          it.learned === "clicks"
+            ? rich("detection.colours.gone-by", { profile: it.profile?.name })
+            : it.learned === "picture"
+              ? t("detection.colours.found")
+              : t("detection.colours.not-found")
+        }
       </p>
       <ul class="colours">
         ${first.map((one) => html`<${Colour} key=${one[0]} of=${one} />`)}
       </ul>
-      ${others.length > 0 && html`<details class="more">
+      ${
+        others.length > 0 &&
+        html`<details class="more">
         <summary data-testid="more-colours">${t("detection.colours.more")}</summary>
         <ul class="colours">
           ${others.map((one) => html`<${Colour} key=${one[0]} of=${one} />`)}
         </ul>
-      </details>`}
-      ${learning.value && html`<div class="working" data-testid="learning">
+      </details>`
+      }
+      ${
+        learning.value &&
+        html`<div class="working" data-testid="learning">
         <div class="line">
           <progress aria-label=${learning.value.what}></progress>
           <${ActionButton} id="stop-learning" />
         </div>
         <p class="reason">${learning.value.what}…</p>
-      </div>`}
-      ${notes.value.map((note) => html`<p key=${note} class="reason">
+      </div>`
+      }
+      ${notes.value.map(
+        (note) => html`<p key=${note} class="reason">
         ${note}
-      </p>`)}
+      </p>`,
+      )}
       <div class="line wrap">
         <${ActionButton} id="find-colours" />
-        ${it.learned === "clicks" && 
+        ${
+          it.learned === "clicks" &&
           html`<button type="button" data-testid="forget-colours" onClick=${() => void forgetAll()}>
             ${t("detection.colours.forget-all")}
-          </button>`}
+          </button>`
+        }
       </div>
     </section>
     <${Presets} />
@@ -78,9 +90,11 @@ export function DetectionForm() {
 }
 
 /** The same colours below the picture, where the panel is far from it: on a telephone. */
-export const Palette = () => html`<div class="palette" role="group" aria-label=${t("detection.colours.teach")}>
-  ${COLOURS.filter(([name]) => neededColours.value.has(name) || name === BACKGROUND).map(([name, paint]) => 
-    html`<button
+export const Palette =
+  () => html`<div class="palette" role="group" aria-label=${t("detection.colours.teach")}>
+  ${COLOURS.filter(([name]) => neededColours.value.has(name) || name === BACKGROUND).map(
+    ([name, paint]) =>
+      html`<button
       key=${name}
       type="button"
       aria-pressed=${String(colour.value === name)}
@@ -88,7 +102,8 @@ export const Palette = () => html`<div class="palette" role="group" aria-label=$
       onClick=${() => run(`colour-${name}`)}
     >
       <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i>
-    </button>`)}
+    </button>`,
+  )}
 </div>`;
 
 /** One colour: chosen by a click, its samples to be taken away. @param {{ of: [string, string] }} props */
@@ -111,14 +126,20 @@ function Colour({ of: [name, paint] }) {
       <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i>
       <span>${colourName(name)}</span>
       <small>
-        ${isBackground && !samples.length
-          ? t("detection.colours.by-itself")
-          : t("detection.colours.samples", { count: samples.length })}
+        ${
+          isBackground && !samples.length
+            ? t("detection.colours.by-itself")
+            : t("detection.colours.samples", { count: samples.length })
+        }
       </small>
       <kbd aria-hidden="true" data-key=${keyLabel(String(place))}></kbd>
     </button>
-    ${samples.length > 0 && (!isBackground || colour.value === name) && html`<span class="samples">
-      ${samples.map((s, i) => html`<button
+    ${
+      samples.length > 0 &&
+      (!isBackground || colour.value === name) &&
+      html`<span class="samples">
+      ${samples.map(
+        (s, i) => html`<button
         key=${i}
         type="button"
         class="sample"
@@ -129,18 +150,27 @@ function Colour({ of: [name, paint] }) {
         onClick=${() => forget(name, i)}
       >
         ×
-      </button>`)}
-    </span>`}
-    ${health && html`<p class="reason" data-testid=${`health-${name}`}>
+      </button>`,
+      )}
+    </span>`
+    }
+    ${
+      health &&
+      html`<p class="reason" data-testid=${`health-${name}`}>
       <b class=${`level ${LEVELS[health.level]}`}>
         ${t(`detection.colours.level.${health.level}`)}
       </b>
       ${health.margin === null ? "" : t("detection.colours.margin", { margin: number(health.margin, 1) })}.${" "}
       ${health.level === "good" ? "" : health.words}
-    </p>`}
-    ${isBackground && colour.value === name && html`<p class="reason">
+    </p>`
+    }
+    ${
+      isBackground &&
+      colour.value === name &&
+      html`<p class="reason">
       ${t("detection.colours.background")}
-    </p>`}
+    </p>`
+    }
   </li>`;
 }
 
@@ -167,20 +197,29 @@ function Presets() {
         }}
       >
         <option value="">
-          ${isShared
-            ? t("detection.choose")
-            : it.learned === "clicks"
-              ? t("detection.presets.own")
-              : t("detection.presets.found")}
+          ${
+            isShared
+              ? t("detection.choose")
+              : it.learned === "clicks"
+                ? t("detection.presets.own")
+                : t("detection.presets.found")
+          }
         </option>
-        ${presets.value.map((p) => html`<option key=${p.name} value=${p.name}>
+        ${presets.value.map(
+          (p) => html`<option key=${p.name} value=${p.name}>
           ${p.name}
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
-    ${isShared && used && used.used_by.length > 1 && html`<p class="reason">
+    ${
+      isShared &&
+      used &&
+      used.used_by.length > 1 &&
+      html`<p class="reason">
       ${t("detection.presets.shared", { cameras: used.used_by.join(", ") })}
-    </p>`}
+    </p>`
+    }
     <label class="pair tall">
       <span>${t("detection.presets.keep-as")}</span>
       <input
@@ -199,23 +238,33 @@ function Presets() {
         disabled=${!name || !it.profile}
         onClick=${() => void savePreset(name)}
       >
-        ${overwriteCandidate.value === name && name
-          ? t("detection.presets.save-over", { preset: name })
-          : t("detection.presets.keep")}
+        ${
+          overwriteCandidate.value === name && name
+            ? t("detection.presets.save-over", { preset: name })
+            : t("detection.presets.keep")
+        }
       </button>
-      ${isShared && it.colours && html`<button
+      ${
+        isShared &&
+        it.colours &&
+        html`<button
         type="button"
         data-testid="remove-preset"
         disabled=${(used?.used_by.length ?? 1) > 0}
         title=${
-          (used?.used_by.length ?? 1) > 0 ? t("detection.presets.in-use") : t("detection.presets.remove")
+          (used?.used_by.length ?? 1) > 0
+            ? t("detection.presets.in-use")
+            : t("detection.presets.remove")
         }
         onClick=${() => void removePreset(it.colours ?? "")}
       >
         ${t("detection.presets.remove-named", { preset: it.colours })}
-      </button>`}
+      </button>`
+      }
     </div>
-    ${others.length > 0 && html`<div class="line wrap copy">
+    ${
+      others.length > 0 &&
+      html`<div class="line wrap copy">
       <label class="pair tall grow">
         <span>${t("detection.presets.copy-to")}</span>
         <select
@@ -223,9 +272,11 @@ function Presets() {
           value=${target}
           onChange=${(/** @type {any} */ e) => setTo(e.target.value)}
         >
-          ${others.map((c) => html`<option key=${c.id} value=${c.id}>
+          ${others.map(
+            (c) => html`<option key=${c.id} value=${c.id}>
             ${c.name}
-          </option>`)}
+          </option>`,
+          )}
         </select>
       </label>
       <button
@@ -238,6 +289,7 @@ function Presets() {
       >
         ${t("detection.presets.copy")}
       </button>
-    </div>`}
+    </div>`
+    }
   </section>`;
 }

@@ -58,22 +58,22 @@ export function DetectionPage() {
     <${Palette} />
     <${ClipBar} />
     <p class="hint-line" role="status" data-testid="seeing-hint">
-      ${why
-        ? html`
+      ${
+        why
+          ? html`
           <b>${why.detail}</b> ${why.fix}
         `
-        : taking.value
-        ? t("detection.hint.taking")
-        : colour.value
-        ? html`
+          : taking.value
+            ? t("detection.hint.taking")
+            : colour.value
+              ? html`
           ${rich("detection.hint.click", { colour: colourName(colour.value) })}
           ${heldFrame.value ? "" : ` ${t("detection.hint.click-held")}`}
         `
-        : heldFrame.value
-        ? t("detection.hint.held")
-        : (
-        ""
-      )}
+              : heldFrame.value
+                ? t("detection.hint.held")
+                : ""
+      }
     </p>
     ${it && html`<${StageStrip} />`}
   </div>`;
@@ -118,16 +118,17 @@ function Picture() {
     data-count=${now?.items.length ?? ""}
   >
     <div class="zoomed" style=${`width:${100 * near}%`}>
-      ${stage
-        ? html`<${StagePicture}
+      ${
+        stage
+          ? html`<${StagePicture}
           key=${`${camera.id} ${stage}`}
           camera=${camera.id}
           stage=${stage}
           width=${WIDTH_PX}
           drawn=${show}
         />`
-        : held
-        ? html`<img
+          : held
+            ? html`<img
           class="held"
           data-testid="held-frame"
           alt=${t("detection.held-frame", { camera: camera.name })}
@@ -135,24 +136,34 @@ function Picture() {
           height=${held.height}
           src=${framePicture(held)}
         />`
-        : html`<${LiveView}
+            : html`<${LiveView}
           key=${camera.id}
           id=${camera.id}
           name=${camera.name}
           view=${isCorrected ? "corrected" : "raw"}
           width=${WIDTH_PX}
           drawn=${show}
-        />`}
-      ${now && !isStraight && html`<svg class="over" viewBox=${box} aria-hidden="true">
+        />`
+      }
+      ${
+        now &&
+        !isStraight &&
+        html`<svg class="over" viewBox=${box} aria-hidden="true">
         <${DetectionMarks}
           items=${(held ? now : (shownFrame.value ?? now)).items}
           corrected=${isCorrected}
           size=${(LETTERS_PX * across) / near / (frame.current?.clientWidth || USUAL_PX)}
           labels=${labels.value}
         />
-      </svg>`}
-      ${colour.value && !isCorrected && !isStraight && (held || now) && 
-        html`<${ColourPicking} key=${`${width}×${height}`} width=${width} height=${height} />`}
+      </svg>`
+      }
+      ${
+        colour.value &&
+        !isCorrected &&
+        !isStraight &&
+        (held || now) &&
+        html`<${ColourPicking} key=${`${width}×${height}`} width=${width} height=${height} />`
+      }
     </div>
   </div>`;
 }

@@ -13,7 +13,9 @@ const ORDER = { ball: 0, robot: 1, marker: 2 };
 
 /** @param {Item} a @param {Item} b */
 const inOrder = (a, b) =>
-  ORDER[a.kind] - ORDER[b.kind] || (a.team ?? "").localeCompare(b.team ?? "") || (a.id ?? 999) - (b.id ?? 999);
+  ORDER[a.kind] - ORDER[b.kind] ||
+  (a.team ?? "").localeCompare(b.team ?? "") ||
+  (a.id ?? 999) - (b.id ?? 999);
 
 /** Of one coordinate, mm. @param {Item["covariance_mm2"]} c */
 const sigma = (c) => (c ? Math.sqrt((c[0][0] + c[1][1]) / 2) : null);
@@ -23,7 +25,8 @@ const called = (it) => {
   if (it.kind === "ball") return t("detection.seen.ball");
   const team = it.team && capitalised(colourName(it.team)),
     id = it.id ?? "?";
-  if (it.kind === "marker") return team ? t("detection.seen.team-patch", { team }) : t("detection.seen.patch");
+  if (it.kind === "marker")
+    return team ? t("detection.seen.team-patch", { team }) : t("detection.seen.patch");
   return team ? `${team} ${id}` : t("detection.seen.robot", { id });
 };
 
@@ -38,36 +41,40 @@ export function DetectionReport() {
       <${Title} of="seen" about=${t("detection.seen.about")}>
         ${heldFrame.value ? t("detection.seen.held") : t("detection.seen.now")}
       <//>
-      ${!it.on
-        ? html`<p class="reason">${t("detection.seen.off")}</p>`
-        : !items.length
-        ? html`<p class="reason">
+      ${
+        !it.on
+          ? html`<p class="reason">${t("detection.seen.off")}</p>`
+          : !items.length
+            ? html`<p class="reason">
           ${now ? t("detection.seen.nothing") : t("detection.waiting")}
         </p>`
-        : html`
+            : html`
           <table class="seen-table" data-testid="seen">
             <thead>
               <tr>
                 <th scope="col">${t("detection.seen.what")}</th>
-                ${hasPlaces
-                  ? html`
+                ${
+                  hasPlaces
+                    ? html`
                     <th scope="col">x mm</th>
                     <th scope="col">y mm</th>
                     <th scope="col">
                       <abbr title=${t("detection.seen.sigma")}>± mm</abbr>
                     </th>
                   `
-                  : html`
+                    : html`
                     <th scope="col">x px</th>
                     <th scope="col">y px</th>
-                  `}
+                  `
+                }
                 <th scope="col">
                   <abbr title=${t("detection.seen.front.help")}>${t("detection.seen.front")}</abbr>
                 </th>
               </tr>
             </thead>
             <tbody>
-              ${items.map((item, i) => html`<tr key=${i} data-testid="seen-row" data-kind=${item.kind}>
+              ${items.map(
+                (item, i) => html`<tr key=${i} data-testid="seen-row" data-kind=${item.kind}>
                 <th scope="row">
                   <i
                     class="dot"
@@ -76,8 +83,9 @@ export function DetectionReport() {
                   ></i>
                   ${called(item)}
                 </th>
-                ${hasPlaces
-                  ? html`
+                ${
+                  hasPlaces
+                    ? html`
                     <td>
                       ${number(item.x_mm, 0)}
                       ${item.on_carpet && item.kind === "robot" ? "*" : ""}
@@ -85,21 +93,29 @@ export function DetectionReport() {
                     <td>${number(item.y_mm, 0)}</td>
                     <td>${number(sigma(item.covariance_mm2), 1)}</td>
                   `
-                  : html`
+                    : html`
                     <td>${number(item.pixel[0], 1)}</td>
                     <td>${number(item.pixel[1], 1)}</td>
-                  `}
+                  `
+                }
                 <td>${number(item.orientation_deg, 0)}</td>
-              </tr>`)}
+              </tr>`,
+              )}
             </tbody>
           </table>
-          ${items.some((i) => i.on_carpet && i.kind === "robot") && html`<p class="reason">
+          ${
+            items.some((i) => i.on_carpet && i.kind === "robot") &&
+            html`<p class="reason">
             ${t("detection.seen.on-carpet")}
-          </p>`}
-        `}
-      ${(now?.notes ?? []).map((note) => html`<p key=${note} class="warning-line">
+          </p>`
+          }
+        `
+      }
+      ${(now?.notes ?? []).map(
+        (note) => html`<p key=${note} class="warning-line">
         ${note}
-      </p>`)}
+      </p>`,
+      )}
       <label class="line switch-line">
         <input
           type="checkbox"
@@ -126,19 +142,26 @@ export function DetectionReport() {
         ${t("detection.publish.switch")}
       </label>
       <p class="reason" data-testid="publish-words">
-        ${it.publish
-          ? html`
+        ${
+          it.publish
+            ? html`
             ${t("detection.publish.on")}${" "}
-            ${it.published.packets
-              ? t("detection.publish.sent", { count: it.published.packets })
-              : t("detection.publish.sent-nothing")}
+            ${
+              it.published.packets
+                ? t("detection.publish.sent", { count: it.published.packets })
+                : t("detection.publish.sent-nothing")
+            }
           `
-          : t("detection.publish.off")}
+            : t("detection.publish.off")
+        }
       </p>
-      ${it.publish && it.published.problem && 
+      ${
+        it.publish &&
+        it.published.problem &&
         html`<div class="warning-line" role="status" data-testid="publish-problem">
           <b>${it.published.problem.what}</b> ${it.published.problem.fix}
-        </div>`}
+        </div>`
+      }
     </section>
   `;
 }

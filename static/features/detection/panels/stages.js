@@ -20,7 +20,9 @@ export function StageStrip() {
   if (!it || !camera) return null;
   const took = Object.fromEntries((detections.value?.stages ?? []).map((s) => [s.name, s.ms])),
     total = detections.value?.ms ?? 0;
-  const same = plans.value.find((p) => JSON.stringify(p.stages) === JSON.stringify(it.plan.stages))?.name ?? "";
+  const same =
+    plans.value.find((p) => JSON.stringify(p.stages) === JSON.stringify(it.plan.stages))?.name ??
+    "";
   return html`<section aria-label=${t("detection.stages.title")} data-testid="stages">
     <${Title} of="stages">${t("detection.stages.title")}<//>
     <div class="line wrap">
@@ -34,12 +36,17 @@ export function StageStrip() {
             if (plan) void tune({ plan });
           }}
         >
-          ${!same && html`<option value="">
+          ${
+            !same &&
+            html`<option value="">
             ${t("detection.stages.own-plan", { plan: planTitle(it.plan) })}
-          </option>`}
-          ${plans.value.map((p) => html`<option key=${p.name} value=${p.name}>
+          </option>`
+          }
+          ${plans.value.map(
+            (p) => html`<option key=${p.name} value=${p.name}>
             ${planTitle(p)}
-          </option>`)}
+          </option>`,
+          )}
         </select>
       </label>
       <label
@@ -56,27 +63,30 @@ export function StageStrip() {
           checked=${it.plan.corrected === true}
           disabled=${!camera.active_calibration && !it.plan.corrected}
           onChange=${(/** @type {any} */ e) =>
-            void tune({ plan: { ...it.plan, corrected: e.target.checked } })
-          }
+            void tune({ plan: { ...it.plan, corrected: e.target.checked } })}
         />${" "}
         ${t("detection.stages.correct")}
       </label>
       <small data-testid="stages-ms">
         ${t("detection.stages.time", { count: it.plan.stages.length, time: number(total, 1) })}
-        ${detections.value?.fps
-          ? t("detection.stages.rate", { rate: number(detections.value.fps, 1) })
-          : ""}
+        ${
+          detections.value?.fps
+            ? t("detection.stages.rate", { rate: number(detections.value.fps, 1) })
+            : ""
+        }
       </small>
     </div>
     <ol class="stages">
-      ${it.plan.stages.map((stage, i) => html`<${Stage}
+      ${it.plan.stages.map(
+        (stage, i) => html`<${Stage}
         key=${stage.stage}
         camera=${camera.id}
         stage=${stage}
         number=${i + 1}
         ms=${took[stage.stage]}
         share=${total ? (took[stage.stage] ?? 0) / total : 0}
-      />`)}
+      />`,
+      )}
     </ol>
   </section>`;
 }
@@ -108,19 +118,27 @@ function Stage({ camera, stage, number: place, ms, share }) {
     <div class="bar" aria-hidden="true">
       <b style=${`left:0;width:${Math.round(100 * share)}%`}></b>
     </div>
-    ${kind && html`
+    ${
+      kind &&
+      html`
       <p class="reason">${kind.help}</p>
-      ${kind.options.length > 0 && html`<details class="more">
+      ${
+        kind.options.length > 0 &&
+        html`<details class="more">
         <summary data-testid=${`options-${name}`}>${t("detection.stages.settings")}</summary>
-        ${kind.options.map((option) => html`<${OptionRow}
+        ${kind.options.map(
+          (option) => html`<${OptionRow}
           key=${option.name}
           option=${option}
           id=${`stage-${name}-${option.name}`}
           value=${stage[option.name] ?? option.default}
           set=${(/** @type {unknown} */ value) => setOption(name, option, value)}
-        />`)}
-      </details>`}
-    `}
+        />`,
+        )}
+      </details>`
+      }
+    `
+    }
   </li>`;
 }
 

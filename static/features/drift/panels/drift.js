@@ -6,7 +6,13 @@ import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
-import { closeRegistered, notRegistered, registered, registering, useRegistered } from "../drift.js";
+import {
+  closeRegistered,
+  notRegistered,
+  registered,
+  registering,
+  useRegistered,
+} from "../drift.js";
 import { statuses } from "../../live/camera_status.js";
 
 const QUIET = new Set(["steady", "learning"]);
@@ -22,23 +28,25 @@ export function DriftPanel({ id }) {
   if (!now?.calibration_applied || now.state !== "live") return null;
   return html`<section aria-label=${t("drift.title")} data-testid="drift" data-state=${it?.state ?? ""}>
     <${Title} of="drift">${t("drift.title")}<//>
-    ${!it
-      ? html`<p class="reason">${t("drift.asking")}</p>`
-      : it.alarm
-      ? html`<div class="warning-line" role="alert" data-testid="drift-alarm">
+    ${
+      !it
+        ? html`<p class="reason">${t("drift.asking")}</p>`
+        : it.alarm
+          ? html`<div class="warning-line" role="alert" data-testid="drift-alarm">
         <b>${it.sentence}</b> ${it.fix}
         <p class="reason">${t("drift.since", { time: clock(1000 * it.since) })}</p>
         <div class="line">
           <${ActionButton} id=${it.state === "knocked" ? "reregister" : "take-still"} />
         </div>
       </div>`
-      : QUIET.has(it.state)
-      ? html`<p data-testid="drift-words">
+          : QUIET.has(it.state)
+            ? html`<p data-testid="drift-words">
         <b>${it.sentence}</b> ${it.doubt}
       </p>`
-      : html`<div class="warning-line" role="status" data-testid="drift-words">
+            : html`<div class="warning-line" role="status" data-testid="drift-words">
         <b>${it.sentence}</b> ${it.fix}
-      </div>`}
+      </div>`
+    }
     <${Working}
       now=${registering.value}
       what=${t("drift.registering")}
@@ -47,7 +55,10 @@ export function DriftPanel({ id }) {
       name="reregister"
     />
     <${RegisteredVersion} />
-    ${it?.px !== null && it?.px !== undefined && html`<dl class="details">
+    ${
+      it?.px !== null &&
+      it?.px !== undefined &&
+      html`<dl class="details">
       <div>
         <dt>${t("drift.noise")}</dt>
         <dd>
@@ -58,7 +69,8 @@ export function DriftPanel({ id }) {
         <dt>${t("drift.places-seen")}</dt>
         <dd>${it.seen}</dd>
       </div>
-    </dl>`}
+    </dl>`
+    }
     ${it?.reference && html`<p class="reason">${HELD[it.reference]}</p>`}
   </section>`;
 }
@@ -71,9 +83,12 @@ function RegisteredVersion() {
     <p>
       <b>${t("drift.registered", { version: it.made.version })}</b> ${it.made.sentence}
     </p>
-    ${it.apart && html`<p class="reason">
+    ${
+      it.apart &&
+      html`<p class="reason">
       ${t("drift.registered.apart", { distance: mm(it.apart.rms_mm), worst: mm(it.apart.max_mm) })}
-    </p>`}
+    </p>`
+    }
     <div class="line wrap">
       <button type="button" data-testid="use-registered" onClick=${() => void useRegistered()}>
         ${t("common.activate-version", { version: it.made.version })}

@@ -13,8 +13,9 @@ export function DriftPage() {
   if (!it) return null;
   return html`<div class="page" data-testid="drift-page">
     <h1>${t("drift.page.title", { camera: it.name })}</h1>
-    ${it.active_calibration || status.value?.active_calibration
-      ? html`
+    ${
+      it.active_calibration || status.value?.active_calibration
+        ? html`
         <${DriftPanel} id=${it.id} />
         <div class="line wrap">
           <${ActionButton} id="check-calibration" />
@@ -23,10 +24,11 @@ export function DriftPage() {
         <${CheckWorking} />
         <${CheckedPicture} />
       `
-      : html`<p class="dim">
+        : html`<p class="dim">
         ${rich("drift.page.no-version", {
           link: html`<a href=${addressOf("camera-images", { camera: it.id })}>${t("drift.page.calibrate")}</a>`,
         })}
-      </p>`}
+      </p>`
+    }
   </div>`;
 }

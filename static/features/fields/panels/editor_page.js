@@ -90,7 +90,8 @@ export function EditorPage() {
 
 /** Tab goes from marking to marking, and after the last one on to the next control. @param {KeyboardEvent} e */
 function tab(e) {
-  if (e.key === "Tab" && e.target === e.currentTarget && chooseNext(e.shiftKey ? -1 : 1)) e.preventDefault();
+  if (e.key === "Tab" && e.target === e.currentTarget && chooseNext(e.shiftKey ? -1 : 1))
+    e.preventDefault();
 }
 
 /** @param {{ doc: FieldDoc }} props */
@@ -100,7 +101,8 @@ function Drawing({ doc }) {
     y = doc.width_mm / 2,
     grip = (GRIP_PX * 10) / k;
   /** @param {Mark} mark @param {boolean} [off] */
-  const state = (mark, off = false) => `${off ? "off" : "on"}${includes(chosen.value, mark) ? " chosen" : ""}`;
+  const state = (mark, off = false) =>
+    `${off ? "off" : "on"}${includes(chosen.value, mark) ? " chosen" : ""}`;
   return html`<svg class="field-drawing" aria-hidden="true">
     <g transform=${stageTransform(doc)}>
       <rect class="carpet" x=${-1.16 * x} y=${-y - 0.16 * x} width=${2.32 * x} height=${2 * y + 0.32 * x} />
@@ -117,33 +119,46 @@ function Drawing({ doc }) {
             height=${Math.abs(y1 - y0)}
           />`;
         })}
-      ${doc.lines.map(({ name, from, to, off }) => html`<path
+      ${doc.lines.map(
+        ({ name, from, to, off }) => html`<path
         key=${name}
         class=${state({ kind: "line", name }, off)}
         d=${`M${from.join(" ")}L${to.join(" ")}`}
-      />`)}
-      ${doc.arcs.map((arc) => html`<path
+      />`,
+      )}
+      ${doc.arcs.map(
+        (arc) => html`<path
         key=${arc.name}
         class=${state({ kind: "arc", name: arc.name }, arc.off)}
-        d=${`M${arcPoints(arc).map((p) => p.join(" ")).join("L")}`}
-      />`)}
-      ${Object.entries(doc.landmarks).map(([name, [cx, cy]]) => html`<circle
+        d=${`M${arcPoints(arc)
+          .map((p) => p.join(" "))
+          .join("L")}`}
+      />`,
+      )}
+      ${Object.entries(doc.landmarks).map(
+        ([name, [cx, cy]]) => html`<circle
         key=${name}
         class=${`spot ${state({ kind: "landmark", name })}`}
         cx=${cx}
         cy=${cy}
         r=${grip / 2.4}
-      />`)}
-      ${!isShipped.value && chosen.value.flatMap((mark) =>
-        gripsOf(doc, mark).map(({ part, at }) => html`<circle
+      />`,
+      )}
+      ${
+        !isShipped.value &&
+        chosen.value.flatMap((mark) =>
+          gripsOf(doc, mark).map(
+            ({ part, at }) => html`<circle
           key=${`${mark.name} ${part}`}
           class="grip"
           data-testid=${`grip-${part}`}
           cx=${at[0]}
           cy=${at[1]}
           r=${grip}
-        />`),
-      )}
+        />`,
+          ),
+        )
+      }
     </g>
   </svg>`;
 }
@@ -154,9 +169,11 @@ function ReadOut({ doc }) {
     names = chosen.value.map(markTitle).join(", ");
   return html`<div class="read-out" data-testid="field-read-out">
     <span>
-      ${at
-        ? rich("field-editor.read-out", { x: number(at[0], 0), y: number(at[1], 0) })
-        : html`<span class="dim">${number(doc.length_mm, 0)} × ${number(doc.width_mm, 0)} mm</span>`}
+      ${
+        at
+          ? rich("field-editor.read-out", { x: number(at[0], 0), y: number(at[1], 0) })
+          : html`<span class="dim">${number(doc.length_mm, 0)} × ${number(doc.width_mm, 0)} mm</span>`
+      }
     </span>
     <span role="status">${names}</span>
   </div>`;

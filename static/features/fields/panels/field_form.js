@@ -30,15 +30,19 @@ export function FieldForm() {
         set=${(/** @type {FieldDoc} */ d, /** @type {string} */ title) => ({
           ...d,
           title,
-          name: opened.value?.name || (d.name && d.name !== nameOf(d.title) ? d.name : nameOf(title)),
+          name:
+            opened.value?.name || (d.name && d.name !== nameOf(d.title) ? d.name : nameOf(title)),
         })}
       />
-      ${!opened.value?.name && html`<${TextInput}
+      ${
+        !opened.value?.name &&
+        html`<${TextInput}
         label=${t("field-editor.form.short-name")}
         entry="name"
         value=${doc.name}
         set=${(/** @type {FieldDoc} */ d, /** @type {string} */ name) => ({ ...d, name })}
-      />`}
+      />`
+      }
     </section>
     <section aria-label=${t("field-editor.form.size")}>
       <h2>${t("field-editor.form.size")}</h2>
@@ -103,21 +107,30 @@ function Refused() {
   const why = refusal.value,
     other = theirs.value;
   return html`
-    ${why && html`<div class="warning-line" role="alert" id="field-refusal" data-testid="field-refusal">
+    ${
+      why &&
+      html`<div class="warning-line" role="alert" id="field-refusal" data-testid="field-refusal">
       <b>${why.detail}</b> ${why.fix}
-    </div>`}
-    ${other && html`<div class="warning-line" role="alert" data-testid="field-theirs">
+    </div>`
+    }
+    ${
+      other &&
+      html`<div class="warning-line" role="alert" data-testid="field-theirs">
       <b>${other.field ? t("field-editor.theirs.changed") : t("field-editor.theirs.deleted")}</b>
       <p>${t("field-editor.theirs.yours-kept")}</p>
       <div class="line wrap">
-        ${other.field && html`<button type="button" data-testid="take-theirs" onClick=${takeTheirs}>
+        ${
+          other.field &&
+          html`<button type="button" data-testid="take-theirs" onClick=${takeTheirs}>
           ${t("field-editor.theirs.show")}
-        </button>`}
+        </button>`
+        }
         <button type="button" data-testid="save-over" onClick=${() => void saveOverTheirs()}>
           ${t("field-editor.theirs.save-over")}
         </button>
       </div>
-    </div>`}
+    </div>`
+    }
   `;
 }
 
@@ -155,11 +168,15 @@ function Uses({ doc }) {
   return html`<section aria-label=${t("field-editor.use.heading")}>
     <h2>${t("field-editor.use.heading")}</h2>
     <p class="reason">
-      ${over.length
-        ? t("field-editor.use.under", { cameras: over.join(", ") })
-        : t("field-editor.use.no-camera")}
+      ${
+        over.length
+          ? t("field-editor.use.under", { cameras: over.join(", ") })
+          : t("field-editor.use.no-camera")
+      }
     </p>
-    ${others.length > 0 && html`<label class="pair tall">
+    ${
+      others.length > 0 &&
+      html`<label class="pair tall">
       <span>${t("field-editor.use.hang")}</span>
       <select
         data-testid="use-for"
@@ -170,23 +187,29 @@ function Uses({ doc }) {
         }}
       >
         <option value="">${t("field-editor.choose-camera")}</option>
-        ${others.map((c) => html`<option key=${c.id} value=${c.id}>
+        ${others.map(
+          (c) => html`<option key=${c.id} value=${c.id}>
           ${c.name}
-        </option>`)}
+        </option>`,
+        )}
       </select>
-    </label>`}
+    </label>`
+    }
     <div class="line wrap">
       <${ActionButton} id="copy-field" />
       <a href=${address(`/fields/${name}/export/json`)} download>${t("field-editor.use.json")}</a>
       <a href=${address(`/fields/${name}/export/ssl-vision`)} download>${t("field-editor.use.ssl-vision")}</a>
-      ${!isShipped.value && html`<button
+      ${
+        !isShipped.value &&
+        html`<button
         type="button"
         data-testid="delete-field"
         title=${t("field-editor.use.delete-title", { title: doc.title })}
         onClick=${() => void deleteField()}
       >
         ${t("field-editor.use.delete")}
-      </button>`}
+      </button>`
+      }
     </div>
     ${isDirty.value && html`<p class="reason">${t("field-editor.use.as-saved")}</p>`}
   </section>`;

@@ -36,12 +36,15 @@ export function FieldsPage() {
         />
       </label>
     </div>
-    ${own.length > 0 && html`<section aria-label=${t("field-editor.list.yours")}>
+    ${
+      own.length > 0 &&
+      html`<section aria-label=${t("field-editor.list.yours")}>
       <h2>${t("field-editor.list.yours")}</h2>
       <ul class="field-cards">
         ${own.map((f) => html`<${Card} key=${f.name} it=${f} />`)}
       </ul>
-    </section>`}
+    </section>`
+    }
     <section aria-label=${t("field-editor.list.shipped")}>
       <h2>${t("field-editor.list.shipped-heading")}</h2>
       <ul class="field-cards">
@@ -87,7 +90,12 @@ function Sketch({ it: { length_mm: length, width_mm: width, lines, arcs } }) {
   return html`<svg class="sketch" viewBox=${box.join(" ")} aria-hidden="true">
     <g transform="scale(1 -1)">
       ${lines.map((l) => html`<path key=${l.name} d=${`M${l.from.join(" ")}L${l.to.join(" ")}`} />`)}
-      ${arcs.map((a) => html`<path key=${a.name} d=${`M${arcPoints(a).map((p) => p.join(" ")).join("L")}`} />`)}
+      ${arcs.map(
+        (a) =>
+          html`<path key=${a.name} d=${`M${arcPoints(a)
+            .map((p) => p.join(" "))
+            .join("L")}`} />`,
+      )}
     </g>
   </svg>`;
 }

@@ -4,7 +4,15 @@ import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Fold } from "../../../ui/fold.js";
-import { entryOf, isOff, markTitle, paintedMarks, renamed, switched, withChanges } from "../document.js";
+import {
+  entryOf,
+  isOff,
+  markTitle,
+  paintedMarks,
+  renamed,
+  switched,
+  withChanges,
+} from "../document.js";
 import { chosen, edit, history, isShipped } from "../editor.js";
 import { includes, withGripAt, withMoved, withRadius } from "../geometry.js";
 import { Measured } from "./measured.js";
@@ -36,11 +44,13 @@ export function Markings() {
       title=${t("field-editor.marking.landmarks", { count: Object.keys(doc.landmarks).length })}
     >
       <ul class="features markings">
-        ${Object.keys(doc.landmarks).map((name) => html`<${Row}
+        ${Object.keys(doc.landmarks).map(
+          (name) => html`<${Row}
           key=${name}
           doc=${doc}
           mark=${{ kind: "landmark", name }}
-        />`)}
+        />`,
+        )}
       </ul>
       <${ActionButton} id="add-landmark" />
     <//>
@@ -53,16 +63,18 @@ function Row({ doc, mark }) {
   const { kind, name } = mark,
     off = isOff(doc, mark);
   return html`<li class="marking">
-    ${kind === "landmark"
-      ? html`<i></i>`
-      : html`<input
+    ${
+      kind === "landmark"
+        ? html`<i></i>`
+        : html`<input
         type="checkbox"
         data-testid=${`on-${name}`}
         aria-label=${t("field-editor.marking.on", { marking: lineName(name) })}
         checked=${!off}
         disabled=${isShipped.value}
         onChange=${(/** @type {any} */ e) => edit((d) => switched(d, mark, e.target.checked))}
-      />`}
+      />`
+    }
     <button
       type="button"
       class="feature model"
@@ -70,7 +82,9 @@ function Row({ doc, mark }) {
       aria-pressed=${includes(chosen.value, mark)}
       disabled=${off}
       onClick=${(/** @type {MouseEvent} */ e) => {
-        chosen.value = e.shiftKey ? [...chosen.value.filter((m) => !includes([mark], m)), mark] : [mark];
+        chosen.value = e.shiftKey
+          ? [...chosen.value.filter((m) => !includes([mark], m)), mark]
+          : [mark];
       }}
     >
       <span>${lineTitle(name)}</span>
@@ -87,10 +101,13 @@ function Chosen({ doc }) {
       <h2>${t("field-editor.chosen.nothing")}</h2>
       <p class="reason">${t("field-editor.chosen.how")}</p>
     </section>`;
-  const title = marks.length > 1 ? t("field-editor.chosen.count", { count: marks.length }) : markTitle(mark);
+  const title =
+    marks.length > 1 ? t("field-editor.chosen.count", { count: marks.length }) : markTitle(mark);
   return html`<section aria-label=${t("field-editor.chosen.panel")} data-testid="chosen">
     <h2>${title}</h2>
-    ${marks.length === 1 && html`
+    ${
+      marks.length === 1 &&
+      html`
       <${TextInput}
         label=${t("field-editor.chosen.name")}
         entry=${`${entryOf(doc, mark)}.name`}
@@ -102,20 +119,25 @@ function Chosen({ doc }) {
         }}
       />
       <${Numbers} doc=${doc} mark=${mark} />
-    `}
+    `
+    }
     ${!marks.some(({ kind }) => kind === "region") && html`<${Shift} marks=${marks} />`}
     <${ActionButton}
       id="field-remove"
-      label=${mark.kind === "landmark" || mark.kind === "region"
-        ? t("field-editor.chosen.remove")
-        : t("field-editor.action.field-remove.short")}
+      label=${
+        mark.kind === "landmark" || mark.kind === "region"
+          ? t("field-editor.chosen.remove")
+          : t("field-editor.action.field-remove.short")
+      }
     />
   </section>`;
 }
 
 /** @param {FieldDoc} doc @param {string} name */
 const nameIsTaken = (doc, name) =>
-  [...doc.lines, ...doc.arcs].some((it) => it.name === name) || name in doc.landmarks || name in doc.regions;
+  [...doc.lines, ...doc.arcs].some((it) => it.name === name) ||
+  name in doc.landmarks ||
+  name in doc.regions;
 
 /** @param {{ doc: FieldDoc, mark: Mark }} props */
 function Numbers({ doc, mark }) {
@@ -194,16 +216,21 @@ const RegionNumbers = ({ mark, entry, region }) => html`
       disabled=${isShipped.value}
       onChange=${(/** @type {any} */ e) => edit((d) => withChanges(d, mark, { rotate: Number(e.target.value) }))}
     >
-      ${[0, 90, 180, 270].map((deg) => html`<option key=${deg} value=${deg}>
+      ${[0, 90, 180, 270].map(
+        (deg) => html`<option key=${deg} value=${deg}>
         ${deg}°
-      </option>`)}
+      </option>`,
+      )}
     </select>
   </label>
 `;
 
 /** Move by typed millimetres. @param {{ marks: Mark[] }} props */
-const Shift = ({ marks }) => html`<div class="line shift" role="group" aria-label=${t("field-editor.chosen.move")}>
-  ${["x", "y"].map((axis) => html`<label key=${axis}>
+const Shift = ({
+  marks,
+}) => html`<div class="line shift" role="group" aria-label=${t("field-editor.chosen.move")}>
+  ${["x", "y"].map(
+    (axis) => html`<label key=${axis}>
     ${t("field-editor.chosen.move-axis", { axis })}${" "}
     <input
       type="number"
@@ -217,5 +244,6 @@ const Shift = ({ marks }) => html`<div class="line shift" role="group" aria-labe
         if (v) edit((d) => withMoved(d, marks, axis === "x" ? [v, 0] : [0, v]));
       }}
     />
-  </label>`)}
+  </label>`,
+  )}
 </div>`;

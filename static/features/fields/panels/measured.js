@@ -68,7 +68,8 @@ function Row({ doc, i }) {
   const it = distances.value[i],
     left = found.value?.residuals_mm?.[i];
   /** @param {Partial<import("../measured.js").Distance>} changes */
-  const set = (changes) => setDistances(distances.value.map((d, j) => (j === i ? Object.assign({}, d, changes) : d)));
+  const set = (changes) =>
+    setDistances(distances.value.map((d, j) => (j === i ? Object.assign({}, d, changes) : d)));
   const spot = (/** @type {"from" | "to"} */ end) => html`<select
     aria-label=${t(`field-editor.measured.distance-${end}`, { number: i + 1 })}
     data-testid=${`distance-${i}-${end}`}
@@ -76,9 +77,11 @@ function Row({ doc, i }) {
     onChange=${(/** @type {any} */ e) => set({ [end]: e.target.value })}
   >
     <option value="">${t("field-editor.measured.choose-landmark")}</option>
-    ${Object.keys(doc.landmarks).map((name) => html`<option key=${name} value=${name}>
+    ${Object.keys(doc.landmarks).map(
+      (name) => html`<option key=${name} value=${name}>
       ${lineTitle(name)}
-    </option>`)}
+    </option>`,
+    )}
   </select>`;
   return html`<li>
     ${spot("from")}${spot("to")}
@@ -93,9 +96,12 @@ function Row({ doc, i }) {
         take=${(/** @type {string} */ text) => set({ mm: Number(text) > 0 ? Number(text) : null })}
       />
       <small>mm</small>
-      ${left !== undefined && html`<small title=${t("field-editor.measured.left-explained")}>
+      ${
+        left !== undefined &&
+        html`<small title=${t("field-editor.measured.left-explained")}>
         ${t("field-editor.measured.left", { difference: `${left > 0 ? "+" : ""}${number(left)}` })}
-      </small>`}
+      </small>`
+      }
       <button
         type="button"
         class="remove"
@@ -126,9 +132,11 @@ function Adopt() {
       }}
     >
       <option value="">${t("field-editor.choose-camera")}</option>
-      ${calibrated.map((c) => html`<option key=${c.id} value=${c.active?.id}>
+      ${calibrated.map(
+        (c) => html`<option key=${c.id} value=${c.active?.id}>
         ${t("field-editor.measured.version", { camera: c.name, version: c.active?.version ?? "" })}
-      </option>`)}
+      </option>`,
+      )}
     </select>
   </label>`;
   return html`
@@ -143,20 +151,26 @@ function Found() {
   if (!it) return null;
   if (it.added)
     return html`<p class="plainly" role="status" data-testid="found-seen">
-      ${it.added.length
-        ? t("field-editor.measured.added", { count: it.added.length })
-        : t("field-editor.measured.nothing-added")}
+      ${
+        it.added.length
+          ? t("field-editor.measured.added", { count: it.added.length })
+          : t("field-editor.measured.nothing-added")
+      }
     </p>`;
   const aside = Object.entries(it.offsets ?? {}).filter(([, { mm }]) => Math.abs(mm) >= WORTH_MM);
   return html`<div role="status" data-testid="found-offsets">
-    ${aside.length
-      ? html`<dl class="details">
-        ${aside.map(([name, { mm, sigma_mm: sigma }]) => html`<div key=${name}>
+    ${
+      aside.length
+        ? html`<dl class="details">
+        ${aside.map(
+          ([name, { mm, sigma_mm: sigma }]) => html`<div key=${name}>
           <dt>${lineTitle(name)}</dt>
           <dd>${number(mm)}${sigma !== null && ` ± ${number(sigma)}`} mm</dd>
-        </div>`)}
+        </div>`,
+        )}
       </dl>`
-      : html`<p class="reason">${t("field-editor.measured.in-place", { limit: WORTH_MM })}</p>`}
+        : html`<p class="reason">${t("field-editor.measured.in-place", { limit: WORTH_MM })}</p>`
+    }
     <p class="reason">${t("field-editor.measured.adjusted")}</p>
   </div>`;
 }

@@ -10,8 +10,13 @@ import { edit, isShipped, refusal } from "../editor.js";
 /** Whether the server refused this entry, or what is within it. @param {string} entry */
 const isRefused = (entry) => {
   const refused = refusal.value?.entry ?? "";
-  return refused !== "" && (refused === entry || refused.startsWith(`${entry}.`) || entry.startsWith(`${refused}.`) ||
-    entry.startsWith(`${refused}[`));
+  return (
+    refused !== "" &&
+    (refused === entry ||
+      refused.startsWith(`${entry}.`) ||
+      entry.startsWith(`${refused}.`) ||
+      entry.startsWith(`${refused}[`))
+  );
 };
 
 /**
@@ -19,7 +24,13 @@ const isRefused = (entry) => {
  * @param {{ label: string, entry: string, value: number, set: (doc: FieldDoc, value: number) => FieldDoc, unit?: string
  * }} props
  */
-export const NumberInput = ({ label, entry, value, set, unit = "mm" }) => html`<label class="pair length">
+export const NumberInput = ({
+  label,
+  entry,
+  value,
+  set,
+  unit = "mm",
+}) => html`<label class="pair length">
   <span>${label}</span>
   <span class="with-unit">
     <${Typed}

@@ -33,8 +33,11 @@ export function ProposeField() {
     <button type="submit" data-testid="propose" disabled=${!isLength || proposing.value}>
       ${t(proposing.value ? "calibrate.propose-field.busy" : "calibrate.propose-field.propose")}
     </button>
-    ${notProposed.value && html`<p class="reason" role="alert" data-testid="not-proposed">
+    ${
+      notProposed.value &&
+      html`<p class="reason" role="alert" data-testid="not-proposed">
       ${notProposed.value.detail} ${notProposed.value.fix}
-    </p>`}
+    </p>`
+    }
   </form>`;
 }

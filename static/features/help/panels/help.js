@@ -65,11 +65,14 @@ function Manual() {
     if (!at) return;
     at.tabIndex = -1; // so that reading goes on there
     if (heading || asked > 1) at.focus({ preventScroll: true });
-    const scroll = () => (heading ? at : (at.closest("aside") ?? at)).scrollIntoView({ block: "start" });
+    const scroll = () =>
+      (heading ? at : (at.closest("aside") ?? at)).scrollIntoView({ block: "start" });
     scroll();
     if (!heading) at.closest("aside")?.scrollTo(0, 0);
     // what is below a picture moves down once it is there
-    else for (const it of pictures) if (!it.complete) it.addEventListener("load", scroll, { once: true });
+    else
+      for (const it of pictures)
+        if (!it.complete) it.addEventListener("load", scroll, { once: true });
   }, [text, heading, asked]);
   /** @param {MouseEvent} e */
   const follow = (e) => {
@@ -79,11 +82,13 @@ function Manual() {
     void openManual(link);
   };
   return html`<div class="manual" data-testid="manual" data-page=${name}>
-    ${name !== CONTENTS
-      ? html`<button type="button" onClick=${() => void openManual(CONTENTS)}>
+    ${
+      name !== CONTENTS
+        ? html`<button type="button" onClick=${() => void openManual(CONTENTS)}>
         ${t("help.manual.all-pages")}
       </button>`
-      : html`<${TourButton} />`}
+        : html`<${TourButton} />`
+    }
     <article
       ref=${article}
       lang="en"
@@ -105,21 +110,27 @@ function Keys() {
       />${" "}
       ${t("help.keys.letters")}
     </label>
-    ${[...new Set(listed.flatMap((a) => a.group ?? []))].map((group) => html`
+    ${[...new Set(listed.flatMap((a) => a.group ?? []))].map(
+      (group) => html`
       <h3 key=${group}>${t(`help.group.${group}`)}</h3>
       <dl>
         ${listed
           .filter((a) => a.group === group)
-          .map((a) => html`<div key=${a.id}>
+          .map(
+            (a) => html`<div key=${a.id}>
             <dt>${a.label}</dt>
             <dd>
-              ${(a.keys ?? []).slice(0, a.id === "nudge" ? 4 : 2).map((key) => html`
+              ${(a.keys ?? []).slice(0, a.id === "nudge" ? 4 : 2).map(
+                (key) => html`
                 <kbd key=${key}>${keyLabel(key)}</kbd>${" "}
-              `)}
+              `,
+              )}
             </dd>
-          </div>`)}
+          </div>`,
+          )}
       </dl>
-    `)}
+    `,
+    )}
     <h3>${t("help.mouse.title")}</h3>
     <dl>
       ${[
@@ -130,10 +141,12 @@ function Keys() {
         [t("help.mouse.several"), t("help.mouse.several.how")],
         [t("help.mouse.zoom"), t("help.mouse.zoom.how")],
         [t("help.mouse.pan"), t("help.mouse.pan.how")],
-      ].map(([what, how]) => html`<div key=${what}>
+      ].map(
+        ([what, how]) => html`<div key=${what}>
         <dt>${what}</dt>
         <dd>${how}</dd>
-      </div>`)}
+      </div>`,
+      )}
     </dl>
   </div>`;
 }

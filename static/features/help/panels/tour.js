@@ -44,21 +44,24 @@ export function Tour() {
         <p>${it.text}</p>
       </div>
       <dl data-testid="tour-numbers">
-        ${it.numbers().map(([what, value]) => html`<div key=${what}>
+        ${it.numbers().map(
+          ([what, value]) => html`<div key=${what}>
           <dt>${what}</dt>
           <dd>${value}</dd>
-        </div>`)}
+        </div>`,
+        )}
       </dl>
-      ${place && !place.open
-        ? html`<p class="waits" data-testid="tour-waits">
+      ${
+        place && !place.open
+          ? html`<p class="waits" data-testid="tour-waits">
           ${t("help.tour.not-open", { sentence: place.sentence })}
         </p>`
-        : (
-        !isDone &&
-        place && html`<p class="waits" data-testid="tour-waits">
+          : !isDone &&
+            place &&
+            html`<p class="waits" data-testid="tour-waits">
           ${place.sentence}
         </p>`
-      )}
+      }
       <div class="line">
         <button type="button" data-testid="tour-back" disabled=${at <= firstStop()} onClick=${() => go(-1)}>
           ${t("help.tour.back")}
@@ -104,18 +107,24 @@ function Ring({ at }) {
       const r = panel?.getBoundingClientRect(),
         frame = pane?.getBoundingClientRect();
       const [top, bottom] =
-        r && frame ? [Math.max(r.top, frame.top), Math.min(r.bottom, frame.bottom, innerHeight)] : [0, 0];
+        r && frame
+          ? [Math.max(r.top, frame.top), Math.min(r.bottom, frame.bottom, innerHeight)]
+          : [0, 0];
       const next =
         r && bottom > top
-          ? [r.left - ROUND_PX, top - ROUND_PX, r.width + 2 * ROUND_PX, bottom - top + 2 * ROUND_PX].map(
-              Math.round,
-            )
+          ? [
+              r.left - ROUND_PX,
+              top - ROUND_PX,
+              r.width + 2 * ROUND_PX,
+              bottom - top + 2 * ROUND_PX,
+            ].map(Math.round)
           : null;
       setBox((before) => (String(before) === String(next) ? before : next));
     };
     look();
     const timer = setInterval(look, LOOK_MS);
-    for (const act of ["pointerdown", "wheel", "keydown"]) addEventListener(act, () => (alone = false), heard);
+    for (const act of ["pointerdown", "wheel", "keydown"])
+      addEventListener(act, () => (alone = false), heard);
     addEventListener("scroll", look, heard);
     return () => {
       clearInterval(timer);

@@ -26,31 +26,41 @@ export function JobsPage() {
   return html`<div class="page" data-testid="jobs-page">
     <h1>${t("jobs.title")}</h1>
     <p class="dim">${t("jobs.about")}</p>
-    ${all && !isConnected.value && html`<p class="warning-line" role="status">
+    ${
+      all &&
+      !isConnected.value &&
+      html`<p class="warning-line" role="status">
       ${t("jobs.away")}
-    </p>`}
-    ${all === null
-      ? html`<p class="dim">${t("common.asking")}</p>`
-      : html`
+    </p>`
+    }
+    ${
+      all === null
+        ? html`<p class="dim">${t("common.asking")}</p>`
+        : html`
         <section aria-label=${t("jobs.running.label")}>
           <h2>${t("jobs.running.title")}</h2>
-          ${running.value.length
-            ? html`<ul class="jobs" data-testid="running-jobs">
+          ${
+            running.value.length
+              ? html`<ul class="jobs" data-testid="running-jobs">
               ${running.value.map((job) => html`<${Row} key=${job.id} job=${job} />`)}
             </ul>`
-            : html`<p class="dim">
+              : html`<p class="dim">
               ${t("jobs.running.none")}
-            </p>`}
+            </p>`
+          }
         </section>
         <section aria-label=${t("jobs.ended.title")}>
           <h2>${t("jobs.ended.title")}</h2>
-          ${ended.length
-            ? html`<ul class="jobs" data-testid="ended-jobs">
+          ${
+            ended.length
+              ? html`<ul class="jobs" data-testid="ended-jobs">
               ${ended.map((job) => html`<${Row} key=${job.id} job=${job} />`)}
             </ul>`
-            : html`<p class="dim">${t("jobs.ended.none")}</p>`}
+              : html`<p class="dim">${t("jobs.ended.none")}</p>`
+          }
         </section>
-      `}
+      `
+    }
   </div>`;
 }
 
@@ -63,28 +73,40 @@ function Row({ job }) {
       <b>${what}</b>
       <span class=${`level ${LEVEL[state]}`}>${STATES[state]}</span>
       <small class="grow">${when(job)}</small>
-      ${!isOver(job) && html`<button
+      ${
+        !isOver(job) &&
+        html`<button
         type="button"
         data-testid="cancel-job"
         aria-label=${t("jobs.cancel.label", { job: what })}
         onClick=${() => void cancelJob(id)}
       >
         ${t("common.cancel")}
-      </button>`}
+      </button>`
+      }
       <${Made} job=${job} />
     </div>
-    ${!isOver(job) && html`
+    ${
+      !isOver(job) &&
+      html`
       <progress max="1" value=${progress} aria-label=${what}></progress>
       <small data-testid="job-message">
         ${number(100 * progress, 0)} %${message ? `, ${message}` : ""}
       </small>
-    `}
-    ${attempt > 1 && html`<small data-testid="job-attempt">
+    `
+    }
+    ${
+      attempt > 1 &&
+      html`<small data-testid="job-attempt">
       ${t("jobs.attempt", { attempt })}
-    </small>`}
-    ${problem && html`<p class="warning-line">
+    </small>`
+    }
+    ${
+      problem &&
+      html`<p class="warning-line">
       <b>${problem.detail}</b> ${problem.fix}
-    </p>`}
+    </p>`
+    }
   </li>`;
 }
 
@@ -92,8 +114,10 @@ function Row({ job }) {
 function when({ created_at, ended_at }) {
   if (!ended_at) return t("jobs.since", { time: dayAndTime(created_at) });
   const seconds = (Date.parse(ended_at) - Date.parse(created_at)) / 1000;
-  return `${dayAndTime(created_at)}, ` +
-    `${seconds < 90 ? `${number(seconds, seconds < 10 ? 1 : 0)} s` : `${number(seconds / 60, 0)} min`}`;
+  return (
+    `${dayAndTime(created_at)}, ` +
+    `${seconds < 90 ? `${number(seconds, seconds < 10 ? 1 : 0)} s` : `${number(seconds / 60, 0)} min`}`
+  );
 }
 
 /** The way to what came of it. @param {{ job: JobInList }} props */
@@ -107,8 +131,7 @@ function Made({ job: { state, kind, made } }) {
     >
       ${t("jobs.made.version")}
     </button>`;
-  if (made.lens && kind === "motion")
-    return html`<small>${t("jobs.made.lens-kept")}</small>`;
+  if (made.lens && kind === "motion") return html`<small>${t("jobs.made.lens-kept")}</small>`;
   if (made.lens)
     return html`<button
       type="button"
@@ -121,9 +144,7 @@ function Made({ job: { state, kind, made } }) {
     return html`<a data-testid="show-made" href=${addressOf("edges")}>
       ${t("jobs.made.edges")}
     </a>`;
-  return kind === "comparison"
-    ? html`<small>${t("jobs.made.comparison")}</small>`
-    : null;
+  return kind === "comparison" ? html`<small>${t("jobs.made.comparison")}</small>` : null;
 }
 
 /** Where a version can be looked at: on its picture, or among its camera's. @param {string} id */

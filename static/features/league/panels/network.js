@@ -41,12 +41,16 @@ export function PublishingPage() {
       <${Title} of="network">${t("network.title")}<//>
       <p data-testid="network-state" data-state=${it.state}>
         <b>${STATES[it.state]}</b> <small>${summary(it)}</small>
-        ${contradictions.value.length > 0 && html`
+        ${
+          contradictions.value.length > 0 &&
+          html`
           ${" "}
           <em class="approximate">${t("network.two-publishers")}</em>
-        `}
+        `
+        }
       </p>
-      ${contradictions.value.map(({ sender, camera }) => html`<div
+      ${contradictions.value.map(
+        ({ sender, camera }) => html`<div
         key=${`${sender.id}-${camera.camera_id}`}
         class="warning-line"
         role="alert"
@@ -57,10 +61,14 @@ export function PublishingPage() {
           number: camera.camera_id,
           camera: camera.ours,
         })}
-      </div>`)}
-      ${it.problem && html`<div class="warning-line" role="alert" data-testid="network-problem">
+      </div>`,
+      )}
+      ${
+        it.problem &&
+        html`<div class="warning-line" role="alert" data-testid="network-problem">
         <b>${it.problem.what}</b> ${it.problem.fix} ${t("network.tried-again")}
-      </div>`}
+      </div>`
+      }
       <div class="line">
         <button
           type="button"
@@ -84,12 +92,15 @@ export function PublishingPage() {
       </div>
       <${Way} it=${it} />
       <${Sent} it=${it} />
-      ${it.passed_on && html`<p data-testid="passed-on">
+      ${
+        it.passed_on &&
+        html`<p data-testid="passed-on">
         ${t(it.passed_on.models ? "network.passed-on.models" : "network.passed-on", {
           sender: it.passed_on.address,
           source: it.passed_on.source,
         })}
-      </p>`}
+      </p>`
+      }
       <${Others} it=${it} />
     </section>
   </div>`;
@@ -119,9 +130,11 @@ function Way({ it }) {
         onChange=${(/** @type {any} */ e) => void setPublishing({ interface: e.target.value })}
       >
         <option value="">${t("network.way.system-choice")}</option>
-        ${known.map((i) => html`<option key=${i.name} value=${i.name}>
+        ${known.map(
+          (i) => html`<option key=${i.name} value=${i.name}>
           ${i.name}, ${i.address}
-        </option>`)}
+        </option>`,
+        )}
         ${!listed && html`<option value=${it.interface}>${it.interface}</option>`}
       </select>
     </label>
@@ -159,7 +172,9 @@ function Way({ it }) {
  */
 function Entry({ name, label, value, type = "number", step = "1", title = "" }) {
   const take = (/** @type {string} */ text) =>
-    text === "" ? undefined : setPublishing({ [name]: type === "number" ? Number(text) : text.trim() });
+    text === ""
+      ? undefined
+      : setPublishing({ [name]: type === "number" ? Number(text) : text.trim() });
   return html`<label title=${title}>
     ${label}
     <${Typed} type=${type} step=${step} data-testid=${`network-${name}`} value=${value} take=${take} />
@@ -168,8 +183,7 @@ function Entry({ name, label, value, type = "number", step = "1", title = "" }) 
 
 /** What is sent of each camera. @param {{ it: Publishing }} props */
 function Sent({ it }) {
-  if (!it.cameras.length)
-    return html`<p class="reason">${t("network.sent.nothing")}</p>`;
+  if (!it.cameras.length) return html`<p class="reason">${t("network.sent.nothing")}</p>`;
   return html`<table class="sent">
     <caption>
       ${it.enabled ? t("network.sent.caption") : t("network.sent.caption-off")}
@@ -185,7 +199,8 @@ function Sent({ it }) {
       </tr>
     </thead>
     <tbody>
-      ${it.cameras.map((c) => html`
+      ${it.cameras.map(
+        (c) => html`
         <tr key=${c.camera} data-testid=${`sent-${c.camera}`} data-published=${String(c.published)}>
           <th>
             ${nameOf(c.camera)}${" "}
@@ -201,8 +216,7 @@ function Sent({ it }) {
               data-testid=${`number-${c.camera}`}
               value=${c.camera_id}
               take=${(/** @type {string} */ text) =>
-                setPublishing({ numbers: { [c.camera]: text === "" ? null : Number(text) } })
-              }
+                setPublishing({ numbers: { [c.camera]: text === "" ? null : Number(text) } })}
             />
           </td>
           <td>${c.fit_expected ? mm(c.fit_expected.rms) : t("network.sent.not-known")}</td>
@@ -211,15 +225,21 @@ function Sent({ it }) {
           </td>
           <td class=${above(topsOf(c), it)}>${topsOf(c) === null ? t("network.sent.not-known") : mm(topsOf(c))}</td>
           <td>
-            ${c.published
-              ? html`<span class="sent-mark">${it.enabled ? t("network.sent.sent") : t("network.sent.ready")}</span>`
-              : html`<em class="approximate">${t("network.sent.left-out")}</em>`}
+            ${
+              c.published
+                ? html`<span class="sent-mark">${it.enabled ? t("network.sent.sent") : t("network.sent.ready")}</span>`
+                : html`<em class="approximate">${t("network.sent.left-out")}</em>`
+            }
           </td>
         </tr>
-        ${c.problem && html`<tr key=${`${c.camera}-why`} class="why">
+        ${
+          c.problem &&
+          html`<tr key=${`${c.camera}-why`} class="why">
           <td colspan="6">
             ${c.problem.what} ${c.problem.fix}
-            ${c.problem.reason === "loss-above-limit" && html`
+            ${
+              c.problem.reason === "loss-above-limit" &&
+              html`
               ${" "}
               <button
                 type="button"
@@ -229,13 +249,21 @@ function Sent({ it }) {
               >
                 ${t("network.sent.approve")}
               </button>
-            `}
+            `
+            }
           </td>
-        </tr>`}
-        ${c.published && c.warnings.map((w) => html`<tr key=${`${c.camera}-${w.reason}`} class="why">
+        </tr>`
+        }
+        ${
+          c.published &&
+          c.warnings.map(
+            (w) => html`<tr key=${`${c.camera}-${w.reason}`} class="why">
           <td colspan="6" data-testid=${`told-${c.camera}-${w.reason}`}>${w.text} ${w.fix}</td>
-        </tr>`)}
-      `)}
+        </tr>`,
+          )
+        }
+      `,
+      )}
     </tbody>
   </table>`;
 }
@@ -256,26 +284,33 @@ function Others({ it }) {
       ${t("network.others.nobody")}
     </p>`;
   return html`<ul class="plain others">
-    ${all.items.map((sender) => html`<li key=${sender.id} data-testid=${`heard-${sender.id}`}>
+    ${all.items.map(
+      (sender) => html`<li key=${sender.id} data-testid=${`heard-${sender.id}`}>
       <b>${sender.address}</b>${" "}
       <small>
         ${t("network.others.heard", { port: sender.port, source: sender.source, age: number(sender.age_s, 0) })}
         ${sender.refused ? t("network.others.refused", { count: sender.refused }) : ""}
       </small>
       <small class="where">
-        ${sender.field
-          ? `${sender.field.known ? fieldTitle(sender.field) : t("network.others.unknown-field")}, ` +
-            `${number(sender.field.length_mm, 0)} × ${number(sender.field.width_mm, 0)} mm`
-          : sender.problem
-            ? sender.problem.what
-            : (sender.refusal ?? t("network.others.no-geometry"))}
+        ${
+          sender.field
+            ? `${sender.field.known ? fieldTitle(sender.field) : t("network.others.unknown-field")}, ` +
+              `${number(sender.field.length_mm, 0)} × ${number(sender.field.width_mm, 0)} mm`
+            : sender.problem
+              ? sender.problem.what
+              : (sender.refusal ?? t("network.others.no-geometry"))
+        }
       </small>
-      ${sender.differs.map(({ text }, i) => html`<small key=${i} class="where" data-testid=${`differs-${sender.id}`}>
+      ${sender.differs.map(
+        ({ text }, i) => html`<small key=${i} class="where" data-testid=${`differs-${sender.id}`}>
         ${text}
-      </small>`)}
-      ${sender.cameras.map((camera) => 
-        html`<${Other} key=${camera.camera_id} sender=${sender} camera=${camera} />`)}
-    </li>`)}
+      </small>`,
+      )}
+      ${sender.cameras.map(
+        (camera) => html`<${Other} key=${camera.camera_id} sender=${sender} camera=${camera} />`,
+      )}
+    </li>`,
+    )}
   </ul>`;
 }
 
@@ -294,12 +329,19 @@ function Other({ sender, camera }) {
     <span>
       ${t("network.others.camera", { number: camera.camera_id })}${" "}
       <small>
-        ${camera.problem
-          ? camera.problem.what
-          : t("network.others.at", { place: (camera.position_mm ?? []).map((v) => number(v, 0)).join(", ") })}
+        ${
+          camera.problem
+            ? camera.problem.what
+            : t("network.others.at", {
+                place: (camera.position_mm ?? []).map((v) => number(v, 0)).join(", "),
+              })
+        }
       </small>
     </span>
-    ${!camera.problem && cameras.value.length > 0 && html`
+    ${
+      !camera.problem &&
+      cameras.value.length > 0 &&
+      html`
       <select
         aria-label=${t("network.others.keep-for")}
         value=${target}
@@ -307,9 +349,11 @@ function Other({ sender, camera }) {
           targets.value = { ...targets.value, [key]: e.target.value };
         }}
       >
-        ${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>
+        ${cameras.value.map(
+          (c) => html`<option key=${c.id} value=${c.id}>
           ${c.name}
-        </option>`)}
+        </option>`,
+        )}
       </select>
       <button
         type="button"
@@ -318,7 +362,8 @@ function Other({ sender, camera }) {
       >
         ${t("network.others.take-over")}
       </button>
-    `}
+    `
+    }
   </div>`;
 }
 
@@ -334,7 +379,8 @@ const above = (value, it) =>
   value !== null && value !== undefined && value > it.limit_mm ? "approximate" : "";
 
 /** What teams receive at robot tops, mm; null where it is unknown or a guess. @param {PublishedCamera} camera */
-const topsOf = ({ expected }) => (expected?.hat && expected.hat.known !== false ? expected.hat.rms : null);
+const topsOf = ({ expected }) =>
+  expected?.hat && expected.hat.known !== false ? expected.hat.rms : null;
 
 /** How far the packet's camera is from the calibration. @param {PublishedCamera} camera */
 const lossOf = ({ loss }) =>

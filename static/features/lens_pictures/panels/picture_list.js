@@ -9,7 +9,7 @@ import { t } from "../../../core/words.js";
  * @param {{ of: string, name: string, add: string, count: number, busy: boolean, take: (camera: string) => unknown,
  * clear: () => void, children: any }} props
  */
-export const Pictures = ({ of, name, add, count, busy, take, clear, children }) => 
+export const Pictures = ({ of, name, add, count, busy, take, clear, children }) =>
   html`<section aria-label=${t("lens-pictures.list", { subject: of })}>
     <h2>
       ${t("lens-pictures.list-count", { count, subject: of })}
@@ -22,12 +22,17 @@ export const Pictures = ({ of, name, add, count, busy, take, clear, children }) 
       <small>${t("lens-pictures.how-to-add")}</small>
     </button>
     <div class="line">
-      ${cameras.value.map(({ id, name: camera }) => 
-        html`<button key=${id} type="button" data-testid=${`${name}-camera-${id}`} onClick=${() => void take(id)}>
+      ${cameras.value.map(
+        ({ id, name: camera }) =>
+          html`<button key=${id} type="button" data-testid=${`${name}-camera-${id}`} onClick=${() => void take(id)}>
           ${t("lens-pictures.take-one", { camera })}
-        </button>`)}
-      ${count > 0 && html`<button type="button" disabled=${busy} onClick=${clear}>
+        </button>`,
+      )}
+      ${
+        count > 0 &&
+        html`<button type="button" disabled=${busy} onClick=${clear}>
         ${t("lens-pictures.remove-all")}
-      </button>`}
+      </button>`
+      }
     </div>
   </section>`;

@@ -39,7 +39,9 @@ export function CameraImagesPage() {
 
 /** Newest first, of all or of one camera. @param {{ camera?: string }} props */
 function Images({ camera = "" }) {
-  const [items, setItems] = useState(/** @type {import("../../../core/types").Snapshot[] | null} */ (null)),
+  const [items, setItems] = useState(
+      /** @type {import("../../../core/types").Snapshot[] | null} */ (null),
+    ),
     [cursor, setCursor] = useState(/** @type {string | null} */ (null)),
     newest = snapshots.value[0]?.id; // one that was taken or opened meanwhile
   /** @param {string | null} from */
@@ -57,7 +59,8 @@ function Images({ camera = "" }) {
   return html`<section aria-label=${t("library.earlier-pictures")}>
     <h2>${items?.length === 0 ? t("library.no-image") : t("library.newest-first")}</h2>
     <ul class="recent">
-      ${items?.map((s) => html`<li key=${s.id}>
+      ${items?.map(
+        (s) => html`<li key=${s.id}>
         <a href=${addressOf("calibrate", { picture: s.id, step: "points" })} data-testid=${`recent-${s.id}`}>
           <span class="sr">${t("library.go-on-with")} </span>
           <img loading="lazy" alt="" src=${thumbnail(s.id)} />
@@ -67,10 +70,14 @@ function Images({ camera = "" }) {
             ${cameras.value.find((c) => c.id === s.camera)?.name ?? `${s.width} × ${s.height} px`}
           </small>
         </a>
-      </li>`)}
+      </li>`,
+      )}
     </ul>
-    ${cursor && html`<button type="button" data-testid="older-images" onClick=${() => void load(cursor)}>
+    ${
+      cursor &&
+      html`<button type="button" data-testid="older-images" onClick=${() => void load(cursor)}>
       ${t("library.show-older")}
-    </button>`}
+    </button>`
+    }
   </section>`;
 }

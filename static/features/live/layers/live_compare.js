@@ -140,10 +140,17 @@ function LiveReadOut() {
   const on = pointedAt.value,
     spot = fieldUnderPointer.value;
   const pixel = on && `${number(on.point[0])}, ${number(on.point[1])}`,
-    place = spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : t("live.compare.out-of-reach");
+    place = spot
+      ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm`
+      : t("live.compare.out-of-reach");
   return html`<p class="reason" data-testid="live-read-out">
-    ${on
-      ? rich(on.from === "corrected" ? "live.compare.pixel-corrected" : "live.compare.pixel-raw", { pixel, place })
-      : t("live.compare.how-to-zoom")}
+    ${
+      on
+        ? rich(
+            on.from === "corrected" ? "live.compare.pixel-corrected" : "live.compare.pixel-raw",
+            { pixel, place },
+          )
+        : t("live.compare.how-to-zoom")
+    }
   </p>`;
 }

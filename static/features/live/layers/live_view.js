@@ -36,16 +36,22 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
     aria-label=${`${name}, ${inSentence(STATES[state])}`}
     style=${head ? `aspect-ratio:${head.width}/${head.height}` : ""}
   >
-    ${lines && head?.overlays && html`<svg viewBox=${`-0.5 -0.5 ${head.width} ${head.height}`} aria-hidden="true">
+    ${
+      lines &&
+      head?.overlays &&
+      html`<svg viewBox=${`-0.5 -0.5 ${head.width} ${head.height}`} aria-hidden="true">
       <g class="field-lines">
         ${head.overlays.field.map((line, i) => html`<path key=${i} class="casing" d=${path(line.points)} />`)}
-        ${head.overlays.field.map((line, i) => html`<path
+        ${head.overlays.field.map(
+          (line, i) => html`<path
           key=${i}
           d=${path(line.points)}
           style=${line.kind === "border" ? `stroke:${colour(line.feature)}` : ""}
-        />`)}
+        />`,
+        )}
       </g>
-    </svg>`}
+    </svg>`
+    }
     <${StreamState} id=${id} state=${state} problem=${problem} isOld=${isOld} />
   </div>`;
 }

@@ -22,29 +22,34 @@ export function stateOf(id, problem, head) {
  */
 export function StreamState({ id, state, problem, isOld = false }) {
   const status = statuses.value[id];
-  const wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
+  const wrong =
+    problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
   return html`
     <span class="badge" aria-hidden="true" data-is=${state} data-testid=${`state-${id}`}>
       ${STATES[state]}
-      ${state === "live" && status
-        ? html`
+      ${
+        state === "live" && status
+          ? html`
           ${" "}
           <small>${t("live.frame-rate", { rate: number(status.fps, status.fps < 10 ? 1 : 0) })}</small>
         `
-        : (
-        ""
-      )}
-      ${isOld && status?.frame_age_s
-        ? html`
+          : ""
+      }
+      ${
+        isOld && status?.frame_age_s
+          ? html`
           ${" "}
           <small>${t("live.picture-age", { age: number(status.frame_age_s, 0) })}</small>
         `
-        : (
-        ""
-      )}
+          : ""
+      }
     </span>
-    ${wrong && state !== "mismatch" && html`<p class="wrong" role="status">
+    ${
+      wrong &&
+      state !== "mismatch" &&
+      html`<p class="wrong" role="status">
       <b>${wrong.detail}</b> ${wrong.fix}
-    </p>`}
+    </p>`
+    }
   `;
 }

@@ -77,12 +77,16 @@ export function CameraForm() {
         onChange=${(/** @type {any} */ e) => setFormValue({ field: text(e) || null, region: null })}
       >
         <option value="">${t("live.form.not-said")}</option>
-        ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
+        ${fields.value.map(
+          (f) => html`<option key=${f.name} value=${f.name}>
           ${f.title}
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
-    ${at && html`<label class="pair tall">
+    ${
+      at &&
+      html`<label class="pair tall">
       <span>${t("live.form.region")}</span>
       <select
         data-testid="camera-region"
@@ -90,12 +94,17 @@ export function CameraForm() {
         onChange=${(/** @type {any} */ e) => setFormValue({ region: text(e) || null })}
       >
         <option value="">${t("live.form.not-said")}</option>
-        ${Object.keys(at.regions).map((name) => html`<option key=${name} value=${name}>
+        ${Object.keys(at.regions).map(
+          (name) => html`<option key=${name} value=${name}>
           ${areaTitle(name)}
-        </option>`)}
+        </option>`,
+        )}
       </select>
-    </label>`}
-    ${sourceTest.value && html`<div class="working">
+    </label>`
+    }
+    ${
+      sourceTest.value &&
+      html`<div class="working">
       <div class="line">
         <progress aria-label=${t("live.form.trying")}></progress>
         <button type="button" onClick=${() => sourceTest.value?.abort()}>
@@ -103,19 +112,26 @@ export function CameraForm() {
         </button>
       </div>
       <p class="reason">${t("live.form.opening")}</p>
-    </div>`}
-    ${refusal.value && html`<div class="warning-line" role="alert" data-testid="camera-refusal">
+    </div>`
+    }
+    ${
+      refusal.value &&
+      html`<div class="warning-line" role="alert" data-testid="camera-refusal">
       <b>${refusal.value.detail}</b> ${refusal.value.fix}
-    </div>`}
+    </div>`
+    }
     <div class="line wrap">
       <${ActionButton} id="try-camera" />
       <${ActionButton} id="keep-camera" />
       <button type="button" data-testid="close-form" onClick=${closeForm}>
         ${t("common.cancel")}
       </button>
-      ${camera && html`<button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(camera)}>
+      ${
+        camera &&
+        html`<button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(camera)}>
         ${t("live.form.remove")}
-      </button>`}
+      </button>`
+      }
     </div>
   </form>`;
 }
@@ -141,19 +157,23 @@ export function SourceHelp() {
   return html`
     <section aria-label=${t("live.plugged")}>
       <h2>${t("live.plugged")}</h2>
-      ${discoveredCameras.value === null
-        ? html`<p class="reason">${t("live.plugged.looking")}</p>`
-        : discoveredCameras.value.length
-        ? html`<ul class="plain" data-testid="plugged">
-          ${discoveredCameras.value.map((p) => html`<li key=${p.address}>
+      ${
+        discoveredCameras.value === null
+          ? html`<p class="reason">${t("live.plugged.looking")}</p>`
+          : discoveredCameras.value.length
+            ? html`<ul class="plain" data-testid="plugged">
+          ${discoveredCameras.value.map(
+            (p) => html`<li key=${p.address}>
             <button type="button" class="plain-link" onClick=${() => setFormValue({ source: p.address })}>
               ${p.title}
             </button>
-          </li>`)}
+          </li>`,
+          )}
         </ul>`
-        : html`<p class="reason" data-testid="plugged">
+            : html`<p class="reason" data-testid="plugged">
           ${t("live.plugged.none")}
-        </p>`}
+        </p>`
+      }
       <button
         type="button"
         disabled=${discoveredCameras.value === null}
@@ -165,7 +185,8 @@ export function SourceHelp() {
     <section>
       <${Title} of="controls">${t("live.source-kinds")}<//>
       <dl class="details kinds">
-        ${sourceKinds.value.map((k) => html`<div key=${k.scheme}>
+        ${sourceKinds.value.map(
+          (k) => html`<div key=${k.scheme}>
           <dt>
             <button
               type="button"
@@ -178,7 +199,8 @@ export function SourceHelp() {
           <dd class="breaks" title=${k.help}>
             ${k.title}
           </dd>
-        </div>`)}
+        </div>`,
+        )}
       </dl>
     </section>
   `;

@@ -7,7 +7,14 @@ import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import { backgroundProgress } from "../../calibrate/pictures.js";
 import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
-import { cameraView, confirmCamera, controls, openedCamera, setControl, status } from "../camera_page.js";
+import {
+  cameraView,
+  confirmCamera,
+  controls,
+  openedCamera,
+  setControl,
+  status,
+} from "../camera_page.js";
 import { STATES, VIEW_PX } from "../camera_status.js";
 import { LiveCompare } from "../layers/live_compare.js";
 import { LiveView } from "../layers/live_view.js";
@@ -33,7 +40,8 @@ export function CameraPage() {
     <h1>${it.name}</h1>
     <div class="line wrap">
       <div class="switch" role="group" aria-label=${t("live.show")}>
-        ${VIEWS.map(([id, label]) => html`<button
+        ${VIEWS.map(
+          ([id, label]) => html`<button
           key=${id}
           type="button"
           data-testid=${`look-${id}`}
@@ -45,7 +53,8 @@ export function CameraPage() {
           }}
         >
           ${label}
-        </button>`)}
+        </button>`,
+        )}
       </div>
       <button
         type="button"
@@ -58,26 +67,31 @@ export function CameraPage() {
       >
         ${t("live.field-lines")}
       </button>
-      ${liveRecord.value && html`
+      ${
+        liveRecord.value &&
+        html`
         <${ActionButton} id="grid" />
         <${ActionButton} id="zoom-out" />
         <${ActionButton} id="zoom-in" />
         <${ActionButton} id="zoom-fit" />
-      `}
+      `
+      }
     </div>
-    ${isTwofold.value
-      ? html`<${LiveCompare} key=${`both-${it.id}`} id=${it.id} name=${it.name}>
+    ${
+      isTwofold.value
+        ? html`<${LiveCompare} key=${`both-${it.id}`} id=${it.id} name=${it.name}>
         <${BlinkLegend} />
         <${GridLegend} />
       <//>`
-      : html`<${LiveView}
+        : html`<${LiveView}
         key=${it.id}
         id=${it.id}
         name=${it.name}
         view=${can ? /** @type {"raw" | "corrected"} */ (view) : "raw"}
         width=${VIEW_PX}
         lines=${lines}
-      />`}
+      />`
+    }
     <${Watching} />
     <div class="line wrap">
       <${ActionButton} id="take-live" />
@@ -90,7 +104,8 @@ export function CameraPage() {
 
 /** How far the watching of many frames is. */
 export const Watching = () =>
-  backgroundProgress.value && html`<div class="working" data-testid="watching">
+  backgroundProgress.value &&
+  html`<div class="working" data-testid="watching">
     <div class="line">
       <progress max="1" value=${backgroundProgress.value.share} aria-label=${t("live.watching")}></progress>
       <${ActionButton} id="stop-watching" />
@@ -121,11 +136,13 @@ export function CameraPanel() {
         <div>
           <dt>${t("live.status.newest")}</dt>
           <dd>
-            ${it.frame_age_s === null
-              ? t("live.status.newest.none")
-              : it.frame_age_s < 1
-                ? t("live.status.newest.now")
-                : t("live.status.newest.ago", { age: number(it.frame_age_s, 0) })}
+            ${
+              it.frame_age_s === null
+                ? t("live.status.newest.none")
+                : it.frame_age_s < 1
+                  ? t("live.status.newest.now")
+                  : t("live.status.newest.ago", { age: number(it.frame_age_s, 0) })
+            }
           </dd>
         </div>
         <div>
@@ -136,19 +153,27 @@ export function CameraPanel() {
         </div>
         ${Object.entries(it.identity ?? {})
           .filter(([, value]) => value)
-          .map(([name, value]) => html`<div key=${name}>
+          .map(
+            ([name, value]) => html`<div key=${name}>
             <dt>${identityTitle(name)}</dt>
             <dd class="breaks">${value}</dd>
-          </div>`)}
+          </div>`,
+          )}
       </dl>
-      ${it.problem && html`<div class="warning-line" role="status" data-testid="camera-problem">
+      ${
+        it.problem &&
+        html`<div class="warning-line" role="status" data-testid="camera-problem">
         <b>${it.problem.what}</b> ${it.problem.fix}
-        ${it.problem.reason === "other-camera" && html`<div class="line">
+        ${
+          it.problem.reason === "other-camera" &&
+          html`<div class="line">
           <button type="button" data-testid="confirm" onClick=${() => void confirmCamera()}>
             ${t("live.same-camera")}
           </button>
-        </div>`}
-      </div>`}
+        </div>`
+        }
+      </div>`
+      }
     </section>
     <${Look} />
   `;
@@ -163,14 +188,20 @@ function Look() {
   if (!it || it.state !== "live") return null;
   return html`<section aria-label=${t("live.light")} data-testid="look">
     <${Title} of="light">${t("live.light")}<//>
-    ${it.words.length
-      ? html`<ul class="warnings">
-        ${it.words.map((w) => html`<li key=${w.text} data-severity=${w.severity}>
+    ${
+      it.words.length
+        ? html`<ul class="warnings">
+        ${it.words.map(
+          (w) => html`<li key=${w.text} data-severity=${w.severity}>
           <b>${w.text}</b> ${w.fix}
-        </li>`)}
+        </li>`,
+        )}
       </ul>`
-      : html`<p class="reason">${t("live.light.fine")}</p>`}
-    ${it.light && html`<dl class="details">
+        : html`<p class="reason">${t("live.light.fine")}</p>`
+    }
+    ${
+      it.light &&
+      html`<dl class="details">
       <div>
         <dt>${t("live.light.brightness")}</dt>
         <dd>${t("live.light.of-255", { mean: number(it.light.mean, 0) })}</dd>
@@ -187,7 +218,8 @@ function Look() {
         <dt>${t("live.light.evenness")}</dt>
         <dd>${it.light.evenness === null ? "–" : `${number(100 * it.light.evenness, 0)} %`}</dd>
       </div>
-    </dl>`}
+    </dl>`
+    }
   </section>`;
 }
 
@@ -211,7 +243,8 @@ export function CameraReport() {
 }
 
 /** A control that every kind of camera has is named here, another by its camera. @param {Control} control */
-const controlTitle = ({ name, label }) => nameOr(`live.control.${name.replaceAll("_", "-")}`, label);
+const controlTitle = ({ name, label }) =>
+  nameOr(`live.control.${name.replaceAll("_", "-")}`, label);
 
 /** @param {{ control: Control }} props */
 function Setting({ control }) {
@@ -229,7 +262,7 @@ function Setting({ control }) {
         onChange=${(/** @type {any} */ e) => set(e.target.checked)}
       />`
       : kind === "choice"
-      ? html`<select
+        ? html`<select
         data-testid=${`set-${name}`}
         aria-label=${label}
         value=${value}
@@ -238,7 +271,7 @@ function Setting({ control }) {
       >
         ${choices.map((c) => html`<option key=${c}>${c}</option>`)}
       </select>`
-      : html`<span class="with-unit">
+        : html`<span class="with-unit">
         <${Typed}
           type="number"
           data-testid=${`set-${name}`}
@@ -257,16 +290,22 @@ function Setting({ control }) {
       <span>${label}</span>
       ${field}
     </div>
-    ${automatic !== null && html`<label class="line">
+    ${
+      automatic !== null &&
+      html`<label class="line">
       <input
         type="checkbox"
         checked=${isAuto}
         onChange=${(/** @type {any} */ e) => set(e.target.checked ? "auto" : value)}
       />${" "}
       ${t("live.controls.automatic")}
-    </label>`}
-    ${range && html`<p class="reason">
+    </label>`
+    }
+    ${
+      range &&
+      html`<p class="reason">
       ${t("live.controls.range", { least: number(range[0], 1), most: number(range[1], 1), unit })}
-    </p>`}
+    </p>`
+    }
   </div>`;
 }

@@ -49,7 +49,8 @@ export function Wall() {
 function Tile({ camera: { id, name, field, region, active } }) {
   const worst = problems.value.find((it) => it.camera === id && it.level === "bad"),
     alarm = statuses.value[id]?.drift?.alarm ? statuses.value[id].drift : null;
-  const title = fields.value.find((f) => f.name === field)?.title ?? field ?? t("live.wall.no-field");
+  const title =
+    fields.value.find((f) => f.name === field)?.title ?? field ?? t("live.wall.no-field");
   return html`<li class="card" data-testid=${`tile-${id}`} data-level=${worst ? "bad" : active ? "ok" : "none"}>
     <a class="looked" data-testid=${`look-at-${id}`} href=${addressOf("live", { camera: id })}>
       <span class="sr">${t("live.wall.look-at")}${" "}</span>
@@ -64,15 +65,20 @@ function Tile({ camera: { id, name, field, region, active } }) {
     </div>
     <div class="tile-foot">
       <small data-testid=${`drift-${id}`} data-state=${statuses.value[id]?.drift?.state ?? ""}>
-        ${worst
-          ? html`<b>▲ ${worst.text.replace(`${name}: `, "")}</b>`
-          : active
-            ? t("live.wall.version", { version: active.version, drift: steadiness(id) })
-            : t("live.wall.not-calibrated")}
+        ${
+          worst
+            ? html`<b>▲ ${worst.text.replace(`${name}: `, "")}</b>`
+            : active
+              ? t("live.wall.version", { version: active.version, drift: steadiness(id) })
+              : t("live.wall.not-calibrated")
+        }
       </small>
-      ${worst?.href && html`<a class="as-button" href=${worst.href} data-testid=${`fix-${id}`}>
+      ${
+        worst?.href &&
+        html`<a class="as-button" href=${worst.href} data-testid=${`fix-${id}`}>
         ${t("live.wall.fix")}
-      </a>`}
+      </a>`
+      }
       <button
         type="button"
         data-testid=${`camera-${id}`}
@@ -95,7 +101,8 @@ const steadiness = (id) => statuses.value[id]?.drift?.sentence ?? "";
 function Accuracy({ active, alarm }) {
   if (alarm?.mm && alarm.mm >= LEAST_MM)
     return html`<span class="tile-mm level poor">${rich("live.wall.off", { distance: mm(alarm.mm) })}</span>`;
-  if (!active) return html`<span class="tile-mm dim" title=${t("live.wall.not-calibrated")}>–</span>`;
+  if (!active)
+    return html`<span class="tile-mm dim" title=${t("live.wall.not-calibrated")}>–</span>`;
   const { mm: value, level = "unknown", levels, sentence = "" } = active.verdict,
     carpet = alarm ? "poor" : (levels?.carpet ?? level);
   return html`<span class=${`tile-mm level ${carpet}`} title=${alarm?.sentence ?? sentence}>

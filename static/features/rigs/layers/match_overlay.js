@@ -27,17 +27,23 @@ export function MatchOverlay({ s }) {
     <clipPath id=${`in-${s}`}>
       <rect x="-.5" y="-.5" width=${picture.width} height=${picture.height} />
     </clipPath>
-    ${line && html`<g clip-path=${`url(#in-${s})`} transform=${placed(tx, ty, k)}>
+    ${
+      line &&
+      html`<g clip-path=${`url(#in-${s})`} transform=${placed(tx, ty, k)}>
       <g class="epipolar" data-testid=${`epipolar-${s}`}>
         <path class="casing" d=${path(line)} />
         <path d=${path(line)} style=${`stroke:${LINE}`} />
       </g>
-    </g>`}
+    </g>`
+    }
     ${place && html`<${Foretold} s=${s} place=${place} />`}
     ${desk.doc.value.matches
       .map((match, index) => ({ point: match[s], index }))
       .toSorted((p, q) => rank(p.index) - rank(q.index))
-      .map(({ point, index }) => point && html`<${Mark} key=${index} s=${s} index=${index} point=${point} />`)}
+      .map(
+        ({ point, index }) =>
+          point && html`<${Mark} key=${index} s=${s} index=${index} point=${point} />`,
+      )}
   </svg>`;
 }
 
@@ -57,7 +63,9 @@ function Mark({ s, index, point }) {
     isNear = isChosen || hoveredMatch.value === index;
   const colour = waits ? WAITING : isMistake ? MISTAKE : MARK,
     label =
-      px !== null && (isMistake || isNear) ? ` ${t("rig.match.mark.off", { error: number(px, 1) })}` : "";
+      px !== null && (isMistake || isNear)
+        ? ` ${t("rig.match.mark.off", { error: number(px, 1) })}`
+        : "";
   const toLeft = x > views[s].size.value.width - 90;
   return html`<g
     class=${`point${waits || isMistake ? " stray" : ""}`}

@@ -13,7 +13,8 @@ export const FieldPage = () => html`<div class="page" data-testid="field-page">
     <${ActionButton} id="new-rig" />
   </div>
   <ul class="cards">
-    ${rigs.value.map((r) => html`<li key=${r.name}>
+    ${rigs.value.map(
+      (r) => html`<li key=${r.name}>
       <a class="card" href=${addressOf("rig", { rig: r.name })} data-testid=${`rig-${r.name}`}>
         <b>${r.title || r.name}</b>
         <small>
@@ -21,6 +22,7 @@ export const FieldPage = () => html`<div class="page" data-testid="field-page">
           ${fields.value.find((f) => f.name === r.field)?.title ?? r.field}
         </small>
       </a>
-    </li>`)}
+    </li>`,
+    )}
   </ul>
 </div>`;

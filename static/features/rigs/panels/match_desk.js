@@ -15,15 +15,22 @@ import { matchTool } from "../match_tool.js";
 
 /** @typedef {import("../types").Side} Side */
 
-const TOOLS = [["pick", "pan"], ["undo", "redo", "delete"], ["zoom-out", "zoom-in", "zoom-fit"], ["worst-match"]];
+const TOOLS = [
+  ["pick", "pan"],
+  ["undo", "redo", "delete"],
+  ["zoom-out", "zoom-in", "zoom-fit"],
+  ["worst-match"],
+];
 
 export const MatchDesk = () => html`<div class="match-desk" data-testid="match-desk">
   <h1 class="sr">${t("rig.match.title")}</h1>
   <div class="tools" role="toolbar" aria-label=${t("rig.match.tools")}>
-    ${TOOLS.map((ids, i) => html`
+    ${TOOLS.map(
+      (ids, i) => html`
       ${i > 0 && html`<i></i>`}
       ${ids.map((id) => html`<${ActionButton} key=${id} id=${id} withKey />`)}
-    `)}
+    `,
+    )}
   </div>
   <div class="halves">
     ${SIDES.map((s) => html`<${Half} key=${s} s=${s} />`)}
@@ -86,7 +93,9 @@ function Half({ s }) {
       side.value = s;
     }}
   >
-    ${it && html`
+    ${
+      it &&
+      html`
       <div class="half">
         <img
           class="picture"
@@ -100,7 +109,8 @@ function Half({ s }) {
         <${MatchOverlay} s=${s} />
       </div>
       ${size.value.width > SIZE_PX + 60 && html`<${MatchGlass} s=${s} picture=${picture} />`}
-    `}
+    `
+    }
     <${ReadOut} s=${s} title=${title} />
   </div>`;
 }

@@ -21,10 +21,12 @@ export function MatchList() {
       <a href=${addressOf("rig", { rig: it.name })} data-testid="to-rig">‹ ${it.title || it.name}</a>
       <${Title} of="matches">${t("rig.match.images")}<//>
       <dl class="details taken">
-        ${SIDES.map((s) => html`<div key=${s}>
+        ${SIDES.map(
+          (s) => html`<div key=${s}>
           <dt>${members.value?.[s].title}</dt>
           <dd>${pictures.value[s] ? dayAndTime(pictures.value[s].taken_at) : "–"}</dd>
-        </div>`)}
+        </div>`,
+        )}
       </dl>
       <${ActionButton} id="take-match-images" />
       ${matches.length > 0 && html`<p class="reason">${t("rig.match.take.what")}</p>`}
@@ -67,13 +69,15 @@ function Row({ index }) {
     >
       <i class=${`chip${waits ? " waits" : isMistake ? " mistake" : ""}`}>${index + 1}</i>
       <span>
-        ${waits
-          ? t("rig.match.lacks", { camera: lacking })
-          : html`
+        ${
+          waits
+            ? t("rig.match.lacks", { camera: lacking })
+            : html`
             <b>${px === null ? "–" : `${number(px, 2)} px`}</b>
             ${apart !== null && html`<em>${mm(apart)} mm</em>`}
             ${isMistake && html`<b class="level fair">${t("rig.match.outlier")}</b>`}
-          `}
+          `
+        }
       </span>
     </button>
     <${Height}

@@ -57,7 +57,9 @@ export function NewRig() {
               />${" "}
               ${c.name}
             </label>
-            ${on && html`<select
+            ${
+              on &&
+              html`<select
               aria-label=${t("rig.new.part", { camera: c.name })}
               data-testid=${`part-${c.id}`}
               value=${on.region ?? ""}
@@ -65,14 +67,18 @@ export function NewRig() {
             >
               <option value="">${t("rig.new.part.calibrated")}</option>
               ${regions.map((r) => html`<option key=${r} value=${r}>${areaTitle(r)}</option>`)}
-            </select>`}
+            </select>`
+            }
           </li>`;
         })}
       </ul>
     </section>
-    ${draftRefusal.value && html`<div class="warning-line" role="alert" data-testid="rig-refusal">
+    ${
+      draftRefusal.value &&
+      html`<div class="warning-line" role="alert" data-testid="rig-refusal">
       <b>${draftRefusal.value.detail}</b> ${draftRefusal.value.fix}
-    </div>`}
+    </div>`
+    }
     <div class="line">
       <button type="button" class="go" data-testid="make-rig" onClick=${() => run("make-rig")}>
         ${t("rig.make")}

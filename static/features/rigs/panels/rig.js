@@ -9,8 +9,19 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import {
-  found, others, pictureAddress, plane, refitRig, refusal, removeRig, rig, search, showMap, stitched,
-  takeStitched, worst,
+  found,
+  others,
+  pictureAddress,
+  plane,
+  refitRig,
+  refusal,
+  removeRig,
+  rig,
+  search,
+  showMap,
+  stitched,
+  takeStitched,
+  worst,
 } from "../rig.js";
 import { TrackMarks } from "./tracks.js";
 
@@ -30,39 +41,58 @@ export function RigForm() {
     <section aria-label=${t("rig.members")}>
       <h2>${it.title || it.name}</h2>
       <ul class="plain rig-cameras">
-        ${it.cameras.map((c) => html`<li key=${c.camera} data-testid=${`member-${c.camera}`}>
+        ${it.cameras.map(
+          (c) => html`<li key=${c.camera} data-testid=${`member-${c.camera}`}>
           <b>${c.title}</b>${" "}
           <small>
             ${c.region ? areaName(c.region) : t("rig.member.own-region")}
             ${c.version ? t("rig.member.version", { version: c.version }) : ""}
           </small>
-          ${c.troubles.map(({ reason, text, fix }) => html`<p key=${reason} class="warning-line" data-reason=${reason}>
+          ${c.troubles.map(
+            ({
+              reason,
+              text,
+              fix,
+            }) => html`<p key=${reason} class="warning-line" data-reason=${reason}>
             <b>${text}</b> ${fix}
-          </p>`)}
-        </li>`)}
+          </p>`,
+          )}
+        </li>`,
+        )}
       </ul>
-      ${outdated && html`<p class="warning-line" data-testid="rig-outdated" data-reason=${outdated.reason}>
+      ${
+        outdated &&
+        html`<p class="warning-line" data-testid="rig-outdated" data-reason=${outdated.reason}>
         <b>${outdated.text}</b> ${outdated.fix}
-      </p>`}
+      </p>`
+      }
     </section>
     <section aria-label=${t("rig.rectangles")}>
       <h2>${t("rig.rectangles.title")}</h2>
-      ${common
-        ? html`<p class="reason" data-testid="rectangles">
-          ${t(it.rectangles_from === "rig" ? "rig.rectangles.of-rig" : "rig.rectangles.of-cameras", {
-            columns: common.n_rectangles_x,
-            rows: common.n_rectangles_y,
-            width: number(common.w_max_rectangle_px, 1),
-            height: number(common.h_max_rectangle_px, 1),
-          })}
+      ${
+        common
+          ? html`<p class="reason" data-testid="rectangles">
+          ${t(
+            it.rectangles_from === "rig" ? "rig.rectangles.of-rig" : "rig.rectangles.of-cameras",
+            {
+              columns: common.n_rectangles_x,
+              rows: common.n_rectangles_y,
+              width: number(common.w_max_rectangle_px, 1),
+              height: number(common.h_max_rectangle_px, 1),
+            },
+          )}
         </p>`
-        : html`<p class="reason">${t("rig.rectangles.none")}</p>`}
-      ${others.value.length > 0 && html`
+          : html`<p class="reason">${t("rig.rectangles.none")}</p>`
+      }
+      ${
+        others.value.length > 0 &&
+        html`
         <button type="button" data-testid="refit-rig" disabled=${isBusy} onClick=${() => void refitRig()}>
           ${t("rig.refit")}
         </button>
         <p class="reason">${t("rig.refit.what")}</p>
-      `}
+      `
+      }
     </section>
     <section aria-label=${t("rig.this")}>
       <button type="button" onClick=${() => void removeRig(it)}>${t("rig.remove")}</button>
@@ -90,7 +120,9 @@ export function RigPage() {
         ${t("rig.take-anew")}
       </button>
       <a href=${addressOf("scene", { scene: `rig/${it.name}` })} data-testid="rig-scene">${t("common.scene")}</a>
-      ${found.value && html`
+      ${
+        found.value &&
+        html`
         <div class="switch" role="group" aria-label=${t("rig.shown")}>
           <button
             type="button"
@@ -105,7 +137,8 @@ export function RigPage() {
         </div>
         <div class="switch" role="group" aria-label=${t("rig.plane")}>
           ${
-            /** @type {const} */ (["carpet", "hat"]).map((at) => html`<button
+            /** @type {const} */ (["carpet", "hat"]).map(
+              (at) => html`<button
               key=${at}
               type="button"
               data-testid=${`plane-${at}`}
@@ -115,15 +148,20 @@ export function RigPage() {
               }}
             >
               ${t(`rig.plane.${at}`)}
-            </button>`)
+            </button>`,
+            )
           }
         </div>
-      `}
+      `
+      }
     </div>
     <${Working} now=${search.value} what=${t("rig.checking")} stop="stop-rig" why=${refusal.value} name="rig" />
-    ${now?.refusal && html`<div class="warning-line" role="alert" data-testid="no-stitched">
+    ${
+      now?.refusal &&
+      html`<div class="warning-line" role="alert" data-testid="no-stitched">
       <b>${now.refusal.detail}</b> ${now.refusal.fix}
-    </div>`}
+    </div>`
+    }
     ${now?.info && now.of === it.name && html`<${Picture} name=${it.name} at=${now.at} info=${now.info} />`}
   </div>`;
 }
@@ -159,22 +197,30 @@ function Picture({ name, at, info }) {
         role="img"
         aria-label=${worst.value ? t("rig.overlay.worst", { worst: mm(top) }) : t("rig.overlay.lines")}
       >
-        ${showMap.value &&
-          pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} />`)}
+        ${
+          showMap.value &&
+          pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} />`)
+        }
         ${info.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)} />`)}
         <${TrackMarks} px=${px} k=${k} />
-        ${mark && html`<g class="where" transform=${`translate(${mark[0]} ${mark[1]})`}>
+        ${
+          mark &&
+          html`<g class="where" transform=${`translate(${mark[0]} ${mark[1]})`}>
           <circle r="12" />
           <path d="M-7-7L7 7M-7 7L7-7" />
-        </g>`}
+        </g>`
+        }
       </svg>
-      ${mark && html`<span
+      ${
+        mark &&
+        html`<span
         data-testid="rig-worst"
         class=${`worst-said${mark[0] > width * 0.8 ? " to-left" : ""}`}
         style=${`left:${(100 * mark[0]) / width}%;top:${(100 * mark[1]) / height}%`}
       >
         ${t("rig.picture.worst", { worst: mm(top) })}
-      </span>`}
+      </span>`
+      }
     </div>
     <figcaption>
       ${showMap.value && worst.value && html`<${MapScale} />`}

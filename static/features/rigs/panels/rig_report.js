@@ -11,7 +11,11 @@ import { TrackReport } from "./tracks.js";
 
 /** @typedef {import("../types").Pair} Pair */
 
-const LEVEL = { good: t("common.level.good"), fair: t("common.level.fair"), poor: t("common.level.poor") };
+const LEVEL = {
+  good: t("common.level.good"),
+  fair: t("common.level.fair"),
+  poor: t("common.level.poor"),
+};
 const BY = {
   pictures: t("rig.by.pictures"),
   matches: t("rig.by.matches"),
@@ -21,11 +25,14 @@ const BY = {
 export function RigReport() {
   const it = found.value,
     titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title])),
-    pairs = it?.pairs.map((p) => ({ ...p, p })) ?? twos(Object.keys(titles)).map(([a, b]) => ({ a, b, p: null }));
+    pairs =
+      it?.pairs.map((p) => ({ ...p, p })) ??
+      twos(Object.keys(titles)).map(([a, b]) => ({ a, b, p: null }));
   return html`
     <${TrackReport} />
     ${it ? html`<${Verdict} it=${it} titles=${titles} />` : html`<${Advice} />`}
-    ${pairs.map(({ a, b, p }) => html`<section
+    ${pairs.map(
+      ({ a, b, p }) => html`<section
       key=${`${a} ${b}`}
       aria-label=${t("rig.pair", { first: titles[a], second: titles[b] })}
       data-testid=${`pair-${a}-${b}`}
@@ -33,7 +40,8 @@ export function RigReport() {
       <h2>${titles[a] ?? a} – ${titles[b] ?? b}</h2>
       ${p && html`<${OnePair} p=${p} />`}
       <${Door} a=${a} b=${b} />
-    </section>`)}
+    </section>`,
+    )}
   `;
 }
 
@@ -56,23 +64,32 @@ function Door({ a, b }) {
 const Advice = () => html`<section>
   <h2>${t("rig.advice.title")}</h2>
   <ul class="plain">
-    ${/** @type {const} */ (["empty", "check", "knocked"]).map((it) => html`<li key=${it}>
+    ${
+      /** @type {const} */ (["empty", "check", "knocked"]).map(
+        (it) => html`<li key=${it}>
       ${rich(`rig.advice.${it}`)}
-    </li>`)}
+    </li>`,
+      )
+    }
   </ul>
 </section>`;
 
 /** @param {{ it: import("../types").RigCheck, titles: Record<string, string> }} props */
-const Verdict = ({ it: { verdict, missing }, titles }) => html`<section aria-label=${t("common.verdict")}>
+const Verdict = ({
+  it: { verdict, missing },
+  titles,
+}) => html`<section aria-label=${t("common.verdict")}>
   <h2>${t("rig.verdict.title")}</h2>
   <div class="verdict" data-testid="rig-verdict" data-level=${verdict.level}>
     ${verdict.level && html`<b class=${`level ${verdict.level}`}>${LEVEL[verdict.level]}.</b>`} ${verdict.sentence}
     ${verdict.fix && html`<p class="fix">${verdict.fix}</p>`}
   </div>
-  ${missing.map((m) => html`<p key=${m.camera} class="warning-line">
+  ${missing.map(
+    (m) => html`<p key=${m.camera} class="warning-line">
     <b>${titles[m.camera] ?? m.camera}: ${m.text}</b>${" "}
     ${m.fix}
-  </p>`)}
+  </p>`,
+  )}
 </section>`;
 
 /** At the desk: the same of its two, and what good matches are. */
@@ -82,21 +99,31 @@ export function MatchReport() {
     { a, b } = members.value ?? {};
   if (!a || !b) return null;
   return html`
-    ${p && html`<section aria-label=${t("common.verdict")} data-testid="match-report" data-stale=${isChanged.value}>
+    ${
+      p &&
+      html`<section aria-label=${t("common.verdict")} data-testid="match-report" data-stale=${isChanged.value}>
       <h2>${a.title} – ${b.title}</h2>
       ${isChanged.value && html`<p class="warning-line" role="status">${t("rig.match.changed")}</p>`}
       <${OnePair} p=${p} />
-      ${unknown && html`<p class="reason" data-testid="no-outliers">
+      ${
+        unknown &&
+        html`<p class="reason" data-testid="no-outliers">
         <b>${t("rig.match.no-outliers")} ${unknown.what}</b>${" "}
         ${unknown.fix}
-      </p>`}
-    </section>`}
+      </p>`
+      }
+    </section>`
+    }
     <section>
       <h2>${t("rig.match.advice.title")}</h2>
       <ul class="plain">
-        ${/** @type {const} */ (["spread", "tops", "still", "check"]).map((it) => html`<li key=${it}>
+        ${
+          /** @type {const} */ (["spread", "tops", "still", "check"]).map(
+            (it) => html`<li key=${it}>
           ${rich(`rig.match.advice.${it}`)}
-        </li>`)}
+        </li>`,
+          )
+        }
       </ul>
     </section>
   `;
@@ -114,13 +141,18 @@ function OnePair({ p }) {
       <b>${failed.what}</b> ${failed.fix}
     </p>`;
   return html`<div class="one-pair">
-    ${verdict && html`
+    ${
+      verdict &&
+      html`
       <p>
         ${verdict.level && html`<b class=${`level ${verdict.level}`}>${LEVEL[verdict.level]}.</b>`} ${verdict.sentence}
       </p>
       <p class="fix">${verdict.fix}</p>
-    `}
-    ${at && html`<dl class="details">
+    `
+    }
+    ${
+      at &&
+      html`<dl class="details">
       <div>
         <dt>${t("rig.pair.mean")}</dt>
         <dd data-testid="pair-mean">${mm(at.mean_mm)} mm</dd>
@@ -135,19 +167,26 @@ function OnePair({ p }) {
           ${t("rig.pair.worst-at", { worst: mm(at.max_mm), x: number(at.where[0], 0), y: number(at.where[1], 0) })}
         </dd>
       </div>
-    </dl>`}
-    ${p.from && html`<p class="reason">
+    </dl>`
+    }
+    ${
+      p.from &&
+      html`<p class="reason">
       ${t("rig.pair.measures", {
         by: BY[p.from],
         believed: p.agreement?.believed ?? "",
         count: p.agreement?.n ?? "",
         area: number(p.agreement?.overlap_m2, 1),
       })}
-    </p>`}
-    ${fundamental && html`<details class="more">
+    </p>`
+    }
+    ${
+      fundamental &&
+      html`<details class="more">
       <summary>${t("common.fundamental-matrix")}</summary>
       <pre>${fundamental.matrix.map((row) => row.map(shortly).join(" ")).join("\n")}</pre>
       <p class="reason">${t("rig.pair.foretold", { distance: number(fundamental.baseline_mm, 0) })}</p>
-    </details>`}
+    </details>`
+    }
   </div>`;
 }

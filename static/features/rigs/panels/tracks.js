@@ -57,36 +57,45 @@ export function TrackReport() {
     why = tracksRefusal.value;
   return html`<section aria-label=${t("rig.tracks")} data-testid="track-report">
     <${Title} of="tracks">${t("rig.tracks")}<//>
-    ${why
-      ? html`<p class="warning-line" role="status">
+    ${
+      why
+        ? html`<p class="warning-line" role="status">
         <b>${why.detail}</b> ${why.fix}
       </p>`
-      : !it
-      ? html`<p class="reason" role="status">${t("rig.tracks.waiting")}</p>`
-      : html`
+        : !it
+          ? html`<p class="reason" role="status">${t("rig.tracks.waiting")}</p>`
+          : html`
         <p data-testid="seam" data-level=${level(it.seams.median_mm)}>
-          ${it.seams.things && it.seams.median_mm !== null
-            ? html`
+          ${
+            it.seams.things && it.seams.median_mm !== null
+              ? html`
               ${rich("rig.tracks.seam", {
                 count: it.seams.things,
                 median: mm(it.seams.median_mm),
                 most: mm(it.seams.max_mm ?? 0),
               })}
             `
-            : (
-            t("rig.tracks.no-seam")
-          )}
+              : t("rig.tracks.no-seam")
+          }
         </p>
         <p class="reason">
-          ${t(it.items.some(({ kind }) => kind === "ball") ? "rig.tracks.robots-ball" : "rig.tracks.robots-no-ball", {
-            count: it.items.filter(({ kind }) => kind === "robot").length,
-          })}
+          ${t(
+            it.items.some(({ kind }) => kind === "ball")
+              ? "rig.tracks.robots-ball"
+              : "rig.tracks.robots-no-ball",
+            {
+              count: it.items.filter(({ kind }) => kind === "robot").length,
+            },
+          )}
         </p>
-      `}
-    ${troubles.map((c) => html`<p key=${c.camera} class="warning-line">
+      `
+    }
+    ${troubles.map(
+      (c) => html`<p key=${c.camera} class="warning-line">
       <b>${titles[c.camera] ?? c.camera}: ${c.problem?.what}</b>${" "}
       ${c.problem?.fix}
-    </p>`)}
+    </p>`,
+    )}
   </section>`;
 }
 
@@ -96,4 +105,6 @@ const level = (seam_mm) =>
 
 /** "Y3", "B?", "ball". @param {Track} it */
 const nameOf = (it) =>
-  it.kind === "ball" ? t("rig.tracks.ball") : `${(it.team ?? "").charAt(0).toUpperCase()}${it.id ?? "?"}`;
+  it.kind === "ball"
+    ? t("rig.tracks.ball")
+    : `${(it.team ?? "").charAt(0).toUpperCase()}${it.id ?? "?"}`;

@@ -49,11 +49,15 @@ export function SceneForm() {
   const it = shownScene.value;
   return html`
     <${Which} />
-    ${it && !it.boards && html`
+    ${
+      it &&
+      !it.boards &&
+      html`
       <section aria-label=${t("scene.views")}>
         <h2>${t("scene.views.title")}</h2>
         <div class="switch" role="group" aria-label=${t("scene.views.from-where")}>
-          ${["scene-free", "scene-above"].map((id) => html`<button
+          ${["scene-free", "scene-above"].map(
+            (id) => html`<button
             key=${id}
             type="button"
             data-testid=${id}
@@ -61,9 +65,11 @@ export function SceneForm() {
             onClick=${() => run(id)}
           >
             ${id === "scene-free" ? t("scene.action.free.short") : t("scene.action.above.short")}
-          </button>`)}
+          </button>`,
+          )}
         </div>
-        ${it.cameras.map((c) => html`<div key=${c.key} class="line">
+        ${it.cameras.map(
+          (c) => html`<div key=${c.key} class="line">
           <label class="seen grow">
             <input
               type="checkbox"
@@ -73,7 +79,9 @@ export function SceneForm() {
             />${" "}
             <i class="dot" style=${`background:rgb(${c.colour.join()})`}></i> ${c.title}
           </label>
-          ${c.height_mm !== null && html`<button
+          ${
+            c.height_mm !== null &&
+            html`<button
             type="button"
             data-testid=${`through-${c.title}`}
             aria-pressed=${String(
@@ -82,13 +90,16 @@ export function SceneForm() {
             onClick=${() => changeView({ view: "camera", through: c.key })}
           >
             ${t("scene.views.through")}
-          </button>`}
-        </div>`)}
+          </button>`
+          }
+        </div>`,
+        )}
       </section>
       <section aria-label=${t("scene.layers")}>
         <h2>${t("scene.layers.title")}</h2>
         <ul class="plain">
-          ${LAYERS.map(([id, label]) => html`<li key=${id}>
+          ${LAYERS.map(
+            ([id, label]) => html`<li key=${id}>
             <label>
               <input
                 type="checkbox"
@@ -98,13 +109,15 @@ export function SceneForm() {
               />${" "}
               ${label}
             </label>
-          </li>`)}
+          </li>`,
+          )}
         </ul>
         <${Scale} />
         <h2>${t("common.expected-error")}</h2>
         <div class="switch" role="group" aria-label=${t("common.expected-error")}>
           ${
-            /** @type {const} */ (["none", "carpet", "hat"]).map((id) => html`<button
+            /** @type {const} */ (["none", "carpet", "hat"]).map(
+              (id) => html`<button
               key=${id}
               type="button"
               data-testid=${`sheet-${id}`}
@@ -113,14 +126,20 @@ export function SceneForm() {
               onClick=${() => changeView({ sheet: id })}
             >
               ${t(`scene.sheet.${id}`)}
-            </button>`)
+            </button>`,
+            )
           }
         </div>
-        ${sceneView.value.sheet !== "none" && it.sheet_top_mm !== null && html`<div class="scene-scale">
+        ${
+          sceneView.value.sheet !== "none" &&
+          it.sheet_top_mm !== null &&
+          html`<div class="scene-scale">
           <${MapScale} />
-        </div>`}
+        </div>`
+        }
       </section>
-    `}
+    `
+    }
   `;
 }
 
@@ -142,18 +161,27 @@ function Which() {
         ${!now && html`<option value="">${t("scene.of.choose")}</option>`}
         ${cameras.value
           .filter((c) => c.active_calibration)
-          .map((c) => html`<option key=${c.id} value=${`camera/${c.id}`}>
+          .map(
+            (c) => html`<option key=${c.id} value=${`camera/${c.id}`}>
             ${c.name}
-          </option>`)}
-        ${rigs.value.map((r) => html`<option key=${r.name} value=${`rig/${r.name}`}>
+          </option>`,
+          )}
+        ${rigs.value.map(
+          (r) => html`<option key=${r.name} value=${`rig/${r.name}`}>
           ${t("scene.of.rig", { rig: r.title || r.name })}
-        </option>`)}
+        </option>`,
+        )}
         ${now.startsWith("lens/") && html`<option value=${now}>${t("scene.of.lens")}</option>`}
-        ${only.value && !cameras.value.some((c) => c.id === only.value?.camera && c.active_calibration) && 
-          html`<option value=${`camera/${only.value.camera}`}>${only.value.title}</option>`}
+        ${
+          only.value &&
+          !cameras.value.some((c) => c.id === only.value?.camera && c.active_calibration) &&
+          html`<option value=${`camera/${only.value.camera}`}>${only.value.title}</option>`
+        }
       </select>
     </label>
-    ${it && html`
+    ${
+      it &&
+      html`
       <label class="pair tall">
         <span>
           ${t(it.active ? "scene.version-active" : "scene.version", {
@@ -185,12 +213,15 @@ function Which() {
           <option value="">${t("scene.before.none")}</option>
           ${all
             .filter((v) => v.id !== now)
-            .map((v) => html`<option key=${v.id} value=${v.id}>
+            .map(
+              (v) => html`<option key=${v.id} value=${v.id}>
               ${t("scene.before.version", { version: v.version, made: dayAndTime(v.created_at) })}
-            </option>`)}
+            </option>`,
+            )}
         </select>
       </label>
-    `}
+    `
+    }
   </section>`;
 }
 
@@ -225,33 +256,38 @@ export function ScenePage() {
   if (!now)
     return html`<div class="page" data-testid="scene-page">
       <h1>${t("scene.page.title")}</h1>
-      ${firstScene.value
-        ? html`<p>
+      ${
+        firstScene.value
+          ? html`<p>
           <a href=${addressOf("scene", { scene: firstScene.value })}>
             ${t("scene.page.first")}
           </a>
         </p>`
-        : html`<p class="dim">
+          : html`<p class="dim">
           ${rich("scene.page.none-calibrated", {
             link: html`<a href=${addressOf("wall")}>${t("scene.page.none-calibrated.link")}</a>`,
           })}
-        </p>`}
+        </p>`
+      }
     </div>`;
   return html`<div class="scene" data-testid="scene-page" data-ready=${String(shownScene.value !== null)}>
     <h1 class="sr">${t("scene.page.title")}</h1>
-    ${refusal.value && html`<div class="warning-line" role="alert" data-testid="scene-refusal">
+    ${
+      refusal.value &&
+      html`<div class="warning-line" role="alert" data-testid="scene-refusal">
       <b>${refusal.value.detail}</b> ${refusal.value.fix}
-    </div>`}
-    ${place.value
-      ? html`<iframe
+    </div>`
+    }
+    ${
+      place.value
+        ? html`<iframe
         title=${t("scene.page.title")}
         data-testid="scene-frame"
         src=${place.value}
         sandbox="allow-scripts allow-same-origin"
       ></iframe>`
-      : (
-      !refusal.value && html`<p class="dim">${t("scene.setting-up")}</p>`
-    )}
+        : !refusal.value && html`<p class="dim">${t("scene.setting-up")}</p>`
+    }
   </div>`;
 }
 
@@ -264,7 +300,9 @@ export function SceneReport() {
     </section>`;
   return html`
     <${Place} />
-    ${it.boards && html`<section aria-label=${t("scene.board")} data-testid="scene-boards">
+    ${
+      it.boards &&
+      html`<section aria-label=${t("scene.board")} data-testid="scene-boards">
       <h2>${t("scene.board")}</h2>
       <dl class="details">
         <div>
@@ -285,10 +323,13 @@ export function SceneReport() {
           <dd>${t("scene.board.share", { share: number(100 * it.boards.covered, 0) })}</dd>
         </div>
       </dl>
-    </section>`}
-    ${it.missing.map((m) => html`<p key=${m.camera} class="warning-line">
+    </section>`
+    }
+    ${it.missing.map(
+      (m) => html`<p key=${m.camera} class="warning-line">
       <b>${m.text}</b> ${m.fix}
-    </p>`)}
+    </p>`,
+    )}
     ${it.cameras.map((c) => html`<${OneCamera} key=${c.key} it=${c} />`)}
   `;
 }
@@ -307,7 +348,9 @@ function OneCamera({ it }) {
         <dt>${t("scene.camera.model")}</dt>
         <dd>${it.model}</dd>
       </div>
-      ${it.height_mm !== null && html`
+      ${
+        it.height_mm !== null &&
+        html`
         <div>
           <dt>${t("scene.camera.height")}</dt>
           <dd data-testid="scene-height">${number(it.height_mm / 1000, 2)} m</dd>
@@ -316,31 +359,46 @@ function OneCamera({ it }) {
           <dt>${t("scene.camera.tilt")}</dt>
           <dd>${number(it.tilt_deg ?? 0, 1)}°</dd>
         </div>
-      `}
+      `
+      }
       <div>
         <dt>${t("scene.camera.points")}</dt>
         <dd>${it.points}</dd>
       </div>
-      ${sheet.max_mm !== null && html`<div>
+      ${
+        sheet.max_mm !== null &&
+        html`<div>
         <dt>${t("scene.camera.worst")}</dt>
         <dd>${mm(sheet.max_mm)} mm</dd>
-      </div>`}
+      </div>`
+      }
     </dl>
-    ${it.why_no_frustum && html`<p class="warning-line" data-testid="no-frustum">
+    ${
+      it.why_no_frustum &&
+      html`<p class="warning-line" data-testid="no-frustum">
       ${it.why_no_frustum}
-    </p>`}
+    </p>`
+    }
     ${it.why_not_whole && html`<p class="reason">${it.why_not_whole}</p>`}
-    ${sheet.why && html`<p class="reason">
+    ${
+      sheet.why &&
+      html`<p class="reason">
       ${sheet.why} ${sheet.fix}
-    </p>`}
-    ${moved && html`<p class="plainly" data-testid="scene-moved">
+    </p>`
+    }
+    ${
+      moved &&
+      html`<p class="plainly" data-testid="scene-moved">
       ${rich("scene.moved", { median: mm(moved.median_mm), worst: mm(moved.max_mm) })}
-      ${moved.shift_mm &&
+      ${
+        moved.shift_mm &&
         ` ${t("scene.moved.camera", {
           shift: number(Math.hypot(...moved.shift_mm), 0),
           turn: number(moved.turn_deg ?? 0, 2),
-        })}`}
-    </p>`}
+        })}`
+      }
+    </p>`
+    }
     <p>
       <a
         href=${address(`/calibrations/${it.calibration}/scene.html?dark=${sceneView.value.dark}`)}
@@ -365,11 +423,13 @@ function Place() {
     <h2>
       ${number(at.place_mm[0], 0)}, ${number(at.place_mm[1], 0)} mm
     </h2>
-    ${at.cameras.map((c) => html`<div key=${c.key} data-testid=${`place-${c.title}`}>
+    ${at.cameras.map(
+      (c) => html`<div key=${c.key} data-testid=${`place-${c.title}`}>
       <b>${c.title}</b>
-      ${!c.pixel || !c.inside
-        ? html`<p class="reason">${t("scene.place.unseen")}</p>`
-        : html`
+      ${
+        !c.pixel || !c.inside
+          ? html`<p class="reason">${t("scene.place.unseen")}</p>`
+          : html`
           <dl class="details">
             <div>
               <dt>${t("scene.place.pixel")}</dt>
@@ -377,22 +437,32 @@ function Place() {
                 ${number(c.pixel[0], 1)}, ${number(c.pixel[1], 1)}
               </dd>
             </div>
-            ${c.sigma_mm !== null && html`<div>
+            ${
+              c.sigma_mm !== null &&
+              html`<div>
               <dt>${t("common.expected-error")}</dt>
               <dd data-testid="place-sigma">${mm(c.sigma_mm)} mm</dd>
-            </div>`}
-            ${c.hat_sigma_mm !== null && html`<div>
+            </div>`
+            }
+            ${
+              c.hat_sigma_mm !== null &&
+              html`<div>
               <dt>${t("scene.place.hats")}</dt>
               <dd>${mm(c.hat_sigma_mm)} mm</dd>
-            </div>`}
+            </div>`
+            }
           </dl>
           ${c.sigma_mm === null && html`<p class="reason">${t("scene.place.no-error")}</p>`}
-          ${c.snapshot
-            ? html`<button type="button" data-testid="place-show" onClick=${() => void showInPicture(c)}>
+          ${
+            c.snapshot
+              ? html`<button type="button" data-testid="place-show" onClick=${() => void showInPicture(c)}>
               ${t("scene.place.show")}
             </button>`
-            : html`<p class="reason">${t("scene.place.no-picture")}</p>`}
-        `}
-    </div>`)}
+              : html`<p class="reason">${t("scene.place.no-picture")}</p>`
+          }
+        `
+      }
+    </div>`,
+    )}
   </section>`;
 }

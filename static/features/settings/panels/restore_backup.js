@@ -2,7 +2,13 @@
 import { dayAndTime } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
-import { canRestore, findRestoration, forgetRestoration, restoration, restoreBackup } from "../restoring.js";
+import {
+  canRestore,
+  findRestoration,
+  forgetRestoration,
+  restoration,
+  restoreBackup,
+} from "../restoring.js";
 
 export function RestoreBackup() {
   const it = restoration.value;

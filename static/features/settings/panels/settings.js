@@ -40,10 +40,13 @@ export function SettingsPage() {
     <h1>${t("settings.server")}</h1>
     <${Health} />
     <${Preferences} />
-    ${it && html`
+    ${
+      it &&
+      html`
       <${Storage} room=${it.storage} />
       <${Server} items=${it.items} />
-    `}
+    `
+    }
   </div>`;
 }
 
@@ -52,16 +55,20 @@ function Health() {
   if (!it) return null;
   return html`<section aria-label=${t("settings.health.title")}>
     <h2>${t("settings.health.title")}</h2>
-    ${serverProblems.value.length === 0
-      ? html`<p>
+    ${
+      serverProblems.value.length === 0
+        ? html`<p>
         <b class="level good">${t("settings.health.good")}</b>${" "}
         ${t("settings.health.version", { version: it.version, time: span(it.uptime_s) })}
       </p>`
-      : html`<ul class="warnings" data-testid="health-warnings">
-        ${serverProblems.value.map(({ id, text, fix }) => html`<li key=${id}>
+        : html`<ul class="warnings" data-testid="health-warnings">
+        ${serverProblems.value.map(
+          ({ id, text, fix }) => html`<li key=${id}>
           <b>${text}</b> ${fix}
-        </li>`)}
-      </ul>`}
+        </li>`,
+        )}
+      </ul>`
+    }
     <${RestoreBackup} />
   </section>`;
 }
@@ -99,9 +106,11 @@ function Preferences() {
         onChange=${(/** @type {Event} */ e) => chooseLanguage(/** @type {HTMLSelectElement} */ (e.target).value)}
       >
         <option value="">${t("settings.browser.language.browser")}</option>
-        ${LANGUAGES.map((id) => html`<option key=${id} value=${id} lang=${id}>
+        ${LANGUAGES.map(
+          (id) => html`<option key=${id} value=${id} lang=${id}>
           ${t(`settings.browser.language.${id}`)}
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
     <label class="pair">
@@ -112,9 +121,11 @@ function Preferences() {
         onChange=${(/** @type {Event} */ e) =>
           chooseCorrection(/** @type {any} */ (/** @type {HTMLSelectElement} */ (e.target).value))}
       >
-        ${CHOICES.map(([id, name]) => html`<option key=${id} value=${id}>
+        ${CHOICES.map(
+          ([id, name]) => html`<option key=${id} value=${id}>
           ${name}
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
     <p class="reason" data-testid="correction-now">${correctionWords.value}</p>
@@ -126,10 +137,13 @@ function Preferences() {
         ${t("settings.browser.forget.what")}
       </small>
     </div>
-    ${isGuarded.value && html`<form class="line" method="post" action="/logout">
+    ${
+      isGuarded.value &&
+      html`<form class="line" method="post" action="/logout">
       <button data-testid="sign-out">${t("settings.browser.sign-out")}</button>
       <small class="grow">${t("settings.browser.sign-out.what")}</small>
-    </form>`}
+    </form>`
+    }
   </section>`;
 }
 
@@ -144,35 +158,46 @@ function Storage({ room }) {
       used=${room.pictures_bytes}
       limit=${room.pictures_limit_bytes}
     />
-    ${backups && html`<${Taken}
+    ${
+      backups &&
+      html`<${Taken}
       name="backups"
       what=${t("settings.storage.backups", { count: backups.count })}
       used=${backups.used_bytes}
       limit=${backups.limit_bytes}
-    />`}
+    />`
+    }
     <dl class="details">
       <div>
         <dt>${t("settings.storage.free")}</dt>
         <dd>${size(room.free_bytes)}</dd>
       </div>
-      ${room.database_bytes !== null && html`<div>
+      ${
+        room.database_bytes !== null &&
+        html`<div>
         <dt>${t("settings.storage.database")}</dt>
         <dd>${size(room.database_bytes)}</dd>
-      </div>`}
+      </div>`
+      }
       <div>
         <dt>${t("settings.storage.newest")}</dt>
         <dd data-testid="newest-backup">
-          ${!backups
-            ? t("settings.storage.newest.database")
-            : backups.newest_at
-              ? ago(Date.parse(backups.newest_at), Date.now())
-              : t("settings.storage.newest.none")}
+          ${
+            !backups
+              ? t("settings.storage.newest.database")
+              : backups.newest_at
+                ? ago(Date.parse(backups.newest_at), Date.now())
+                : t("settings.storage.newest.none")
+          }
         </dd>
       </div>
-      ${room.replaced.length > 0 && html`<div>
+      ${
+        room.replaced.length > 0 &&
+        html`<div>
         <dt>${t("settings.storage.replaced")}</dt>
         <dd data-testid="replaced">${room.replaced.join(", ")}</dd>
-      </div>`}
+      </div>`
+      }
     </dl>
     <p class="reason">${t("settings.storage.about")}</p>
     <p>
@@ -184,7 +209,12 @@ function Storage({ room }) {
 }
 
 /** @param {{ name: string, what: string, used: number, limit: number }} props */
-const Taken = ({ name, what, used, limit }) => html`<div class="taken" data-testid=${`taken-${name}`}>
+const Taken = ({
+  name,
+  what,
+  used,
+  limit,
+}) => html`<div class="taken" data-testid=${`taken-${name}`}>
   <div class="line">
     <span class="grow">${what}</span>
     <b>${size(used)}</b>
@@ -205,7 +235,8 @@ function Server({ items }) {
   return html`<section aria-label=${t("settings.server")}>
     <h2>${t("settings.server")}</h2>
     <p class="reason">${t("settings.server.about")}</p>
-    ${sections.map((section) => html`<details
+    ${sections.map(
+      (section) => html`<details
       key=${section}
       class="more settings"
       open=${items.some((s) => sectionOf(s) === section && !isDefault(s))}
@@ -215,24 +246,34 @@ function Server({ items }) {
       <dl>
         ${items
           .filter((s) => sectionOf(s) === section)
-          .map((s) => html`<div key=${s.name} data-testid=${`setting-${s.name}`}>
+          .map(
+            (s) => html`<div key=${s.name} data-testid=${`setting-${s.name}`}>
             <dt>
               <code>${s.name}</code> <b>${shown(s)}</b>
-              ${!isDefault(s) && !s.secret && html`
+              ${
+                !isDefault(s) &&
+                !s.secret &&
+                html`
                 ${" "}
                 <small>${t("settings.value.default", { value: plain(s.default) })}</small>
-              `}
+              `
+              }
             </dt>
             <dd>
               <small>${s.help}</small>
-              ${s.change && html`
+              ${
+                s.change &&
+                html`
                 ${" "}
                 <a href=${addressOf(CHANGE[s.change][0])}>${CHANGE[s.change][1]}</a>
-              `}
+              `
+              }
             </dd>
-          </div>`)}
+          </div>`,
+          )}
       </dl>
-    </details>`)}
+    </details>`,
+    )}
   </section>`;
 }
 
@@ -244,7 +285,11 @@ const sectionTitle = (section) => nameOr(`settings.section.${section}`, section)
 const isDefault = (s) => JSON.stringify(s.value) === JSON.stringify(s.default);
 /** @param {Setting} s */
 const shown = (s) =>
-  s.secret ? (s.value === null ? t("settings.value.not-set") : t("settings.value.set")) : plain(s.value);
+  s.secret
+    ? s.value === null
+      ? t("settings.value.not-set")
+      : t("settings.value.set")
+    : plain(s.value);
 /** @param {unknown} value @returns {string} */
 const plain = (value) =>
   value === null

@@ -62,9 +62,12 @@ export function App() {
     <${FileInput} />
     <${Palette} />
     <${ActivationWarning} />
-    ${dropping.value && html`<div class="drop-hint" aria-hidden="true">
+    ${
+      dropping.value &&
+      html`<div class="drop-hint" aria-hidden="true">
       ${t("shell.drop")}
-    </div>`}
+    </div>`
+    }
   `;
 }
 
@@ -82,7 +85,9 @@ function Middle() {
     </section>`;
   const Main = shown.value?.Main;
   if (!Main) return html`<${Stage} Legends=${Legends} />`;
-  const kind = ["match", "field-editor", "new-field"].includes(route.value.view) ? "paired" : "empty";
+  const kind = ["match", "field-editor", "new-field"].includes(route.value.view)
+    ? "paired"
+    : "empty";
   return html`<section class=${`stage ${kind}`} tabindex="-1" data-testid="stage">
     <${Main} />
   </section>`;
@@ -144,9 +149,11 @@ function Right() {
   if (it && !it.Report && !help.value) return null;
   return html`<aside class="right" aria-label=${t("shell.right")}>
     ${!it && html`<${DockedLoupe} />`}
-    ${help.value
-      ? html`<${Help} />`
-      : !opening.value && (it ? html`<${it.Report} />` : html`<${StepResults} />`)}
+    ${
+      help.value
+        ? html`<${Help} />`
+        : !opening.value && (it ? html`<${it.Report} />` : html`<${StepResults} />`)
+    }
   </aside>`;
 }
 

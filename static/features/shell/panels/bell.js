@@ -40,12 +40,20 @@ export function Bell() {
       <div class="in">
         <h2 id="problems-title">${all.length ? t("shell.problems.title") : t("shell.problems.none")}</h2>
         <ul>
-          ${all.map(({ id, level, text, fix, href }) => html`<li key=${id} data-level=${level} data-testid="problem">
+          ${all.map(
+            ({
+              id,
+              level,
+              text,
+              fix,
+              href,
+            }) => html`<li key=${id} data-level=${level} data-testid="problem">
             <p>
               <b>${text}</b> ${fix}
             </p>
             ${href && html`<a href=${href} onClick=${close}>${t("common.show-it")}</a>`}
-          </li>`)}
+          </li>`,
+          )}
         </ul>
       </div>
     </dialog>

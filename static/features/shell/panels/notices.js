@@ -10,16 +10,27 @@ import { draft, keepMine, takeTheirs } from "../../calibrate/draft.js";
 export function Notices() {
   const { state, theirs } = draft.value;
   return html`<div class="notices" role="status" aria-live="polite">
-    ${!online.value && html`<div class="notice warn" data-testid="away">
+    ${
+      !online.value &&
+      html`<div class="notice warn" data-testid="away">
       <p>
         ${rich("shell.notices.away")}
       </p>
-    </div>`}
-    ${state === "conflict" && theirs && html`<div class="notice warn" data-testid="conflict">
+    </div>`
+    }
+    ${
+      state === "conflict" &&
+      theirs &&
+      html`<div class="notice warn" data-testid="conflict">
       <p>
-        ${theirs.at
-          ? rich("shell.notices.conflict-at", { time: clock(theirs.at), count: points(theirs.doc) })
-          : rich("shell.notices.conflict", { count: points(theirs.doc) })}
+        ${
+          theirs.at
+            ? rich("shell.notices.conflict-at", {
+                time: clock(theirs.at),
+                count: points(theirs.doc),
+              })
+            : rich("shell.notices.conflict", { count: points(theirs.doc) })
+        }
       </p>
       <div class="line">
         <button type="button" data-testid="take-theirs" onClick=${takeTheirs}>
@@ -29,21 +40,27 @@ export function Notices() {
           ${t("shell.notices.keep-mine")}
         </button>
       </div>
-    </div>`}
-    ${notices.value.map(({ id, level, text, fix, action }) => 
-      html`<div key=${id} class=${`notice ${level}`} role="alert" data-testid="notice">
+    </div>`
+    }
+    ${notices.value.map(
+      ({ id, level, text, fix, action }) =>
+        html`<div key=${id} class=${`notice ${level}`} role="alert" data-testid="notice">
         <p>
           <b>${text}</b> ${fix}
         </p>
         <div class="line">
-          ${action && html`<button type="button" onClick=${action.run}>
+          ${
+            action &&
+            html`<button type="button" onClick=${action.run}>
             ${action.label}
-          </button>`}
+          </button>`
+          }
           <button type="button" aria-label=${t("shell.notices.dismiss.label")} onClick=${() => dismiss(id)}>
             ${t("shell.notices.dismiss")}
           </button>
         </div>
-      </div>`)}
+      </div>`,
+    )}
   </div>`;
 }
 

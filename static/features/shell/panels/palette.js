@@ -62,7 +62,8 @@ function Search() {
       onKeyDown=${press}
     />
     <ul id="found" role="listbox" aria-label=${t("shell.palette.found")}>
-      ${all.map(({ kind, label, hint }, i) => html`<li
+      ${all.map(
+        ({ kind, label, hint }, i) => html`<li
         key=${i}
         id=${`found-${i}`}
         role="option"
@@ -73,7 +74,8 @@ function Search() {
         <small>${kind}</small>
         <span>${label}</span>
         ${hint && html`<kbd>${hint}</kbd>`}
-      </li>`)}
+      </li>`,
+      )}
     </ul>
     ${!all.length && html`<p class="reason">${t("shell.palette.nothing")}</p>`}
   </dialog>`;

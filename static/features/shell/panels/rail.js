@@ -12,7 +12,8 @@ export const Rail = () => html`<nav class="rail" aria-label=${t("shell.rail.titl
     <${Icon} path="M3 3Q6 12 3 21M21 3Q18 12 21 21M3 3Q12 6 21 3M3 21Q12 18 21 21" />
   </a>
   <ul>
-    ${PLACES.map(({ place, view, label, icon }) => html`<li key=${place}>
+    ${PLACES.map(
+      ({ place, view, label, icon }) => html`<li key=${place}>
       <a
         href=${addressOf(view)}
         data-testid=${`rail-${place}`}
@@ -22,7 +23,8 @@ export const Rail = () => html`<nav class="rail" aria-label=${t("shell.rail.titl
         ${label}
         <${Dot} of=${place} />
       </a>
-    </li>`)}
+    </li>`,
+    )}
   </ul>
   <button
     type="button"
@@ -38,9 +40,12 @@ export const Rail = () => html`<nav class="rail" aria-label=${t("shell.rail.titl
 /** That something there needs attention. @param {{ of: string }} props */
 function Dot({ of }) {
   const level = worstOf((it) => it.place === of);
-  return level && html`<i class="dot" data-level=${level} data-testid=${`dot-${of}`}>
+  return (
+    level &&
+    html`<i class="dot" data-level=${level} data-testid=${`dot-${of}`}>
     <span class="sr">${t("shell.rail.attention")}</span>
-  </i>`;
+  </i>`
+  );
 }
 
 /** @param {{ path: string }} props */

@@ -14,19 +14,27 @@ const VERDICT = /** @type {const} */ ({
   problems: ["poor", "shell.readiness.not-ready"],
 });
 /** What the link beside a claim is called, by where it leads; else "Show". */
-const CURES = /** @type {const} */ ({ images: "shell.readiness.calibrate", publishing: "shell.readiness.set-up" });
+const CURES = /** @type {const} */ ({
+  images: "shell.readiness.calibrate",
+  publishing: "shell.readiness.set-up",
+});
 
 export const Readiness = () => html`
   ${readiness.value && html`<${Claims} gate=${readiness.value.gate} items=${readiness.value.items} />`}
-  ${events.value.length > 0 && html`<section aria-label=${t("shell.events.title")} data-testid="events">
+  ${
+    events.value.length > 0 &&
+    html`<section aria-label=${t("shell.events.title")} data-testid="events">
     <h2>${t("shell.events.recent")}</h2>
     <ul class="events">
-      ${events.value.map(({ at, text, by }) => html`<li key=${at + text}>
+      ${events.value.map(
+        ({ at, text, by }) => html`<li key=${at + text}>
         <time datetime=${at}>${clock(at)}</time>
         <span>${text}${by ? ` ${t("shell.events.by", { name: by })}` : ""}</span>
-      </li>`)}
+      </li>`,
+      )}
     </ul>
-  </section>`}
+  </section>`
+  }
 `;
 
 /** @param {{ gate: import("../../verify/types").Gate, items: Claim[] }} props */

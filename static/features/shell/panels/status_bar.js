@@ -71,25 +71,27 @@ export function StatusBar() {
   return html`<footer>
     <${Health} />
     <span class="standing" data-testid="version">
-      ${it
-        ? html`
+      ${
+        it
+          ? html`
           ${rich(it.active ? "shell.status.version-active" : "shell.status.version-saved", {
             version: it.version,
             time: clock(it.created_at),
           })}
           ${isSaved.value ? "" : t("shell.status.changed-since")}
         `
-        : snapshot.value
-        ? (
-        t("shell.status.no-version")
-      )
-        : null}
+          : snapshot.value
+            ? t("shell.status.no-version")
+            : null
+      }
     </span>
     <${JobsIndicator} />
     <span class="hints">
-      ${keys.map(([key, what]) => html`<span key=${key}>
+      ${keys.map(
+        ([key, what]) => html`<span key=${key}>
         <kbd>${key}</kbd> ${what}
-      </span>`)}
+      </span>`,
+      )}
     </span>
     <label class="theme">
       <span>${t("shell.status.colours")}</span>
@@ -98,9 +100,11 @@ export function StatusBar() {
         value=${theme.value}
         onChange=${(/** @type {any} */ e) => chooseTheme(e.target.value)}
       >
-        ${THEMES.map(([id, label]) => html`<option key=${id} value=${id}>
+        ${THEMES.map(
+          ([id, label]) => html`<option key=${id} value=${id}>
           ${label}
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
   </footer>`;

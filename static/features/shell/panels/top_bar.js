@@ -42,9 +42,12 @@ function Where() {
     it = view === "calibrate" ? camera.value : place === "cameras" ? namedCamera.value : null;
   const isInside = view === "calibrate" || it !== null || view === "new-camera";
   const name =
-    it?.name ?? (view === "calibrate" ? t("shell.top.file") : PLACES.find((p) => p.place === place)?.label);
+    it?.name ??
+    (view === "calibrate" ? t("shell.top.file") : PLACES.find((p) => p.place === place)?.label);
   return html`<div class="where">
-    ${isInside && html`<a
+    ${
+      isInside &&
+      html`<a
       class="round as-button"
       href=${addressOf("wall")}
       data-testid="step-camera"
@@ -52,7 +55,8 @@ function Where() {
       title=${t("shell.back-to-cameras")}
     >
       ‹
-    </a>`}
+    </a>`
+    }
     <b>${name ?? "Touchline"}</b>
     ${picture && html`<small>${picture.width} × ${picture.height} px</small>`}
   </div>`;
@@ -60,7 +64,8 @@ function Where() {
 
 const Steps = () => html`<nav class="steps" aria-label=${t("shell.steps.title")}>
   <ol>
-    ${steps.value.map(({ id, label, done, open, sentence }) => html`<li key=${id}>
+    ${steps.value.map(
+      ({ id, label, done, open, sentence }) => html`<li key=${id}>
       <button
         type="button"
         data-testid=${`step-${id}`}
@@ -79,7 +84,8 @@ const Steps = () => html`<nav class="steps" aria-label=${t("shell.steps.title")}
           ${sentence}
         </span>
       </button>
-    </li>`)}
+    </li>`,
+    )}
   </ol>
 </nav>`;
 

@@ -56,50 +56,55 @@ export function RollsPage() {
     </p>
     <div class="captured rolls">
       <${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} width=${WIDTH_PX} />
-      ${now && html`<svg class="over" viewBox=${`-0.5 -0.5 ${now.width} ${now.height}`} aria-hidden="true">
-        ${list
-          .toReversed()
-          .map(
-            (roll) =>
-              roll.counts && html`<path
+      ${
+        now &&
+        html`<svg class="over" viewBox=${`-0.5 -0.5 ${now.width} ${now.height}`} aria-hidden="true">
+        ${list.toReversed().map(
+          (roll) =>
+            roll.counts &&
+            html`<path
                 key=${roll.id}
                 class=${pointed.value === roll.id ? "pointed" : ""}
                 data-level=${levelOf(roll)}
                 data-testid="roll-track"
                 d=${path(roll.points)}
               />`,
-          )}
-        ${now.tracks.map((track, i) => 
-          html`<path key=${i} class="now" data-testid="roll-now" d=${path(track)} />`)}
-      </svg>`}
+        )}
+        ${now.tracks.map(
+          (track, i) => html`<path key=${i} class="now" data-testid="roll-now" d=${path(track)} />`,
+        )}
+      </svg>`
+      }
     </div>
     <p class="rolls-key" aria-hidden="true">
-      ${Object.entries(LEVELS).map(([name, words]) => html`<span key=${name}>
+      ${Object.entries(LEVELS).map(
+        ([name, words]) => html`<span key=${name}>
         <i data-level=${name}></i>
         ${words}
-      </span>`)}
+      </span>`,
+      )}
     </p>
     <p class="hint-line" role="status" data-testid="rolls-hint">
-      ${refusal.value
-        ? html`
+      ${
+        refusal.value
+          ? html`
           <b>${refusal.value.detail}</b> ${refusal.value.fix}
         `
-        : !now
-        ? (
-        t("lens-pictures.waiting-for-camera")
-      )
-        : (
-        now.hint || newest(list[0])
-      )}
+          : !now
+            ? t("lens-pictures.waiting-for-camera")
+            : now.hint || newest(list[0])
+      }
     </p>
     <div class="line wrap">
       <${ActionButton} id="leave-roll" withKey />
       <${ActionButton} id="take-roll" />
       <${ActionButton}
         id="forget-rolls"
-        label=${forgetting.value
-          ? t("rolling.page.press-again", { count: list.length })
-          : t("rolling.forget-all")}
+        label=${
+          forgetting.value
+            ? t("rolling.page.press-again", { count: list.length })
+            : t("rolling.forget-all")
+        }
       />
     </div>
     <ol class="rolls" reversed data-testid="rolls" aria-label=${t("rolling.page.list")}>
@@ -114,9 +119,7 @@ const levelOf = (roll) => (roll.left_out ? "left-out" : (roll[view.value]?.level
 /** @param {SavedRoll | undefined} roll */
 const newest = (roll) =>
   !roll
-    ? (
-    t("rolling.page.let-roll")
-  )
+    ? t("rolling.page.let-roll")
     : rich("rolling.page.newest", { bow: numberOf(roll), judgement: wordsOf(roll) });
 
 /** @param {SavedRoll} roll */
@@ -158,9 +161,11 @@ const Row = ({ roll, name }) => html`<li
   <button
     type="button"
     data-testid="roll-leave"
-    aria-label=${roll.left_out
-      ? t("rolling.roll.take-in-number", { number: name })
-      : t("rolling.roll.leave-out-number", { number: name })}
+    aria-label=${
+      roll.left_out
+        ? t("rolling.roll.take-in-number", { number: name })
+        : t("rolling.roll.leave-out-number", { number: name })
+    }
     onFocus=${() => {
       pointed.value = roll.id;
     }}
@@ -193,9 +198,11 @@ export function RollsForm() {
             kind.value = e.target.value;
           }}
         >
-          ${KINDS.map(([id, label]) => html`<option key=${id} value=${id}>
+          ${KINDS.map(
+            ([id, label]) => html`<option key=${id} value=${id}>
             ${label}
-          </option>`)}
+          </option>`,
+          )}
         </select>
       </label>
       <p class="reason">${KINDS.find(([id]) => id === kind.value)?.[2]}</p>
@@ -204,9 +211,7 @@ export function RollsForm() {
         <${ActionButton} id="refine-rolls" />
       </div>
       <p class="reason">
-        ${hasCorrected.value
-          ? t("rolling.fit.refining")
-          : t("rolling.fit.refining-needs-active")}
+        ${hasCorrected.value ? t("rolling.fit.refining") : t("rolling.fit.refining-needs-active")}
       </p>
       <${Working}
         now=${search.value}
@@ -256,8 +261,11 @@ async function hold(id) {
 export function RollsReport() {
   const it = all.value,
     which = view.value;
-  const both = hasCorrected.value && html`<div class="switch" role="group" aria-label=${t("rolling.report.judge")}>
-    ${["raw", "corrected"].map((name) => html`<button
+  const both =
+    hasCorrected.value &&
+    html`<div class="switch" role="group" aria-label=${t("rolling.report.judge")}>
+    ${["raw", "corrected"].map(
+      (name) => html`<button
       key=${name}
       type="button"
       data-testid=${`rolls-${name}`}
@@ -267,7 +275,8 @@ export function RollsReport() {
       }}
     >
       ${name === "raw" ? t("common.raw") : t("common.corrected")}
-    </button>`)}
+    </button>`,
+    )}
   </div>`;
   if (!it || !counted.value.length)
     return html`<section aria-label=${t("common.distortion")}>
@@ -295,8 +304,10 @@ export function RollsReport() {
 const Zones = ({ zones }) => html`<table class="zones" data-testid="zones">
   <caption class="sr">${t("rolling.zones.caption")}</caption>
   <tbody>
-    ${zones.map((row, y) => html`<tr key=${y}>
-      ${row.map((zone, x) => html`<td
+    ${zones.map(
+      (row, y) => html`<tr key=${y}>
+      ${row.map(
+        (zone, x) => html`<td
         key=${x}
         data-level=${
           !zone
@@ -309,15 +320,17 @@ const Zones = ({ zones }) => html`<table class="zones" data-testid="zones">
         }
         title=${zone ? t("rolling.zones.rolls", { count: zone.rolls }) : t("rolling.zones.none")}
       >
-        ${zone
-          ? html`
+        ${
+          zone
+            ? html`
             ${pct(zone.pct)}
             <small>± ${number(zone.sigma_pct, 2)}</small>
           `
-          : (
-          "–"
-        )}
-      </td>`)}
-    </tr>`)}
+            : "–"
+        }
+      </td>`,
+      )}
+    </tr>`,
+    )}
   </tbody>
 </table>`;

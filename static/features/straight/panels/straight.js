@@ -55,9 +55,11 @@ export const StraightForm = () => html`
         value=${kind.value}
         onChange=${(/** @type {any} */ e) => chooseKind(e.target.value)}
       >
-        ${KINDS.map(([id, label]) => html`<option key=${id} value=${id}>
+        ${KINDS.map(
+          ([id, label]) => html`<option key=${id} value=${id}>
           ${label}
-        </option>`)}
+        </option>`,
+        )}
       </select>
     </label>
     <p class="reason">${KINDS.find(([id]) => id === kind.value)?.[2]}</p>
@@ -110,21 +112,28 @@ function Figure({ picture }) {
   const [width, height] = straightnessResult.value?.report.lens.image_size ?? [4, 3];
   return html`<figure class="edges" data-testid="edges" data-shown=${isStraight ? "straight" : "taken"}>
     <div class="sheet" style=${isKnown ? `aspect-ratio:${width}/${height}` : ""}>
-      ${isStraight && !there
-        ? html`<p class="reason">${t("straight.figure.straightening")}</p>`
-        : html`<img
+      ${
+        isStraight && !there
+          ? html`<p class="reason">${t("straight.figure.straightening")}</p>`
+          : html`<img
           alt=${isStraight ? t("straight.figure.without-bend") : t("straight.figure.picture-as-taken")}
           data-testid="edges-picture"
           src=${isStraight ? there : address(`/snapshots/${picture.id}/image.jpg`)}
-        />`}
-      ${isKnown && html`
+        />`
+      }
+      ${
+        isKnown &&
+        html`
         <svg viewBox=${`-0.5 -0.5 ${width} ${height}`} preserveAspectRatio="none" aria-hidden="true">
           ${edges.value.map((e) => html`<${Chain} key=${e.name} edge=${e} straight=${isStraight} />`)}
         </svg>
         ${!isStraight && html`<${MostBent} size=${[width, height]} />`}
-      `}
+      `
+      }
     </div>
-    ${isKnown && html`<figcaption class="line">
+    ${
+      isKnown &&
+      html`<figcaption class="line">
       <div class="switch" role="group" aria-label=${t("straight.figure.show")}>
         <button
           type="button"
@@ -144,19 +153,24 @@ function Figure({ picture }) {
         </button>
       </div>
       <span class="key">
-        ${STEPS.map(([, label], i) => html`<span key=${label}>
+        ${STEPS.map(
+          ([, label], i) => html`<span key=${label}>
           <i class=${`e${i}`}></i>
           ${label}
-        </span>`)}
+        </span>`,
+        )}
         <span>
           <i class="left"></i>${t("straight.colours.left-out")}
         </span>
       </span>
       <small data-testid="pointed">
-        ${describe(edges.value.find((e) => e.name === pointed.value)) ||
-          t("straight.figure.edges", { count: edges.value.length })}
+        ${
+          describe(edges.value.find((e) => e.name === pointed.value)) ||
+          t("straight.figure.edges", { count: edges.value.length })
+        }
       </small>
-    </figcaption>`}
+    </figcaption>`
+    }
   </figure>`;
 }
 
@@ -231,13 +245,16 @@ const describe = (edge) =>
 function View({ picture: { key, name, state, id, why } }) {
   const at = isResultCurrent.value ? (straightnessResult.value?.ids.indexOf(id) ?? -1) : -1,
     seen =
-      at < 0 ? null : (straightnessResult.value?.report.lines.filter((line) => line.picture === at) ?? null);
+      at < 0
+        ? null
+        : (straightnessResult.value?.report.lines.filter((line) => line.picture === at) ?? null);
   return html`<li
     data-testid="view"
     data-level=${state === "refused" ? "poor" : seen && !seen.some((e) => e.used) ? "fair" : ""}
   >
-    ${id
-      ? html`<button
+    ${
+      id
+        ? html`<button
         type="button"
         class="looked"
         aria-label=${t("straight.show-picture", { name })}
@@ -246,7 +263,8 @@ function View({ picture: { key, name, state, id, why } }) {
       >
         <img loading="lazy" alt="" src=${thumbnail(id)} />
       </button>`
-      : html`<div class="blank"></div>`}
+        : html`<div class="blank"></div>`
+    }
     <button
       type="button"
       class="remove"
@@ -261,18 +279,20 @@ function View({ picture: { key, name, state, id, why } }) {
       ${name}
     </small>
     <small>
-      ${state === "waiting"
-        ? t("lens-pictures.state.waiting")
-        : state === "uploading"
-          ? t("lens-pictures.state.uploading")
-          : state === "refused"
-            ? why
-            : !seen
-              ? t("lens-pictures.state.uploaded")
-              : t("straight.edges-used", {
-                  used: seen.filter((e) => e.used).length,
-                  count: seen.length,
-                })}
+      ${
+        state === "waiting"
+          ? t("lens-pictures.state.waiting")
+          : state === "uploading"
+            ? t("lens-pictures.state.uploading")
+            : state === "refused"
+              ? why
+              : !seen
+                ? t("lens-pictures.state.uploaded")
+                : t("straight.edges-used", {
+                    used: seen.filter((e) => e.used).length,
+                    count: seen.length,
+                  })
+      }
     </small>
   </li>`;
 }
@@ -332,12 +352,14 @@ export function StraightReport() {
       <dl class="details" data-testid="straight-lens">
         ${Object.entries(it.sigma)
           .filter(([name]) => name in it.lens.terms)
-          .map(([name, sigma]) => html`<div key=${name}>
+          .map(
+            ([name, sigma]) => html`<div key=${name}>
             <dt>${name}</dt>
             <dd>
               ${number(it.lens.terms[name], 4)} ± ${number(sigma, 4)}
             </dd>
-          </div>`)}
+          </div>`,
+          )}
         <div>
           <dt>${t("straight.report.centre")}</dt>
           <dd>
@@ -354,11 +376,14 @@ export function StraightReport() {
         </button>
       </div>
     </section>
-    ${left.length > 0 && html`<section aria-label=${t("straight.left-out.title")}>
+    ${
+      left.length > 0 &&
+      html`<section aria-label=${t("straight.left-out.title")}>
       <h2>${t("straight.left-out.count", { count: left.length })}</h2>
       <p class="reason">${t("straight.left-out.doubt")}</p>
       <ul class="plain" data-testid="left-out">
-        ${left.slice(0, MAX_LISTED).map((e) => html`<li key=${e.name}>
+        ${left.slice(0, MAX_LISTED).map(
+          (e) => html`<li key=${e.name}>
           <button
             type="button"
             class="plain-link"
@@ -371,12 +396,17 @@ export function StraightReport() {
             ${e.name}
           </button>${" "}
           ${String(e.reason).replaceAll("-", " ")}
-        </li>`)}
-        ${left.length > MAX_LISTED && html`<li>
+        </li>`,
+        )}
+        ${
+          left.length > MAX_LISTED &&
+          html`<li>
           ${t("straight.left-out.more", { count: left.length - MAX_LISTED })}
-        </li>`}
+        </li>`
+        }
       </ul>
-    </section>`}
+    </section>`
+    }
   `;
 }
 

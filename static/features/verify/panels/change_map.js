@@ -35,7 +35,10 @@ export function ChangeMap() {
         role="img"
         aria-label=${
           worst_place
-            ? t("verify.change.figures-at", { ...figures, place: worst_place.map((v) => number(v, 0)).join(", ") })
+            ? t("verify.change.figures-at", {
+                ...figures,
+                place: worst_place.map((v) => number(v, 0)).join(", "),
+              })
             : t("verify.change.figures", figures)
         }
       >
@@ -43,10 +46,17 @@ export function ChangeMap() {
         <rect class="carpet" ...${rect} />
         <g class="paint" clip-path="url(#change-area)">
           ${lines.map((l) => html`<path key=${l.name} d=${`M${at(l.from).join()}L${at(l.to).join()}`} />`)}
-          ${arcs.map((a) => html`<path key=${a.name} d=${`M${arcPoints(a).map((p) => at(p).join()).join("L")}`} />`)}
+          ${arcs.map(
+            (a) =>
+              html`<path key=${a.name} d=${`M${arcPoints(a)
+                .map((p) => at(p).join())
+                .join("L")}`} />`,
+          )}
         </g>
-        ${arrows.map(({ place, by }, i) => 
-          html`<path key=${i} class="arrow" d=${arrow(at(place), at([by[0] * times, by[1] * times]), 4 * unit)} />`)}
+        ${arrows.map(
+          ({ place, by }, i) =>
+            html`<path key=${i} class="arrow" d=${arrow(at(place), at([by[0] * times, by[1] * times]), 4 * unit)} />`,
+        )}
       </svg>
       <figcaption class="reason">
         ${t("verify.change.caption", { ...figures, times: number(times, times < 1 ? 2 : 0) })}
@@ -71,6 +81,7 @@ function arrow([x, y], [dx, dy], head) {
     size = Math.min(head, length / 2),
     [ex, ey] = [x + dx, y + dy],
     [ux, uy] = [(dx / length) * size, (dy / length) * size];
-  const wing = (/** @type {number} */ side) => `${ex - ux + side * uy * 0.6},${ey - uy - side * ux * 0.6}`;
+  const wing = (/** @type {number} */ side) =>
+    `${ex - ux + side * uy * 0.6},${ey - uy - side * ux * 0.6}`;
   return `M${x},${y}L${ex},${ey}M${wing(1)}L${ex},${ey}L${wing(-1)}`;
 }

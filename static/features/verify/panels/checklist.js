@@ -14,8 +14,14 @@ const ICONS = {
   running: { name: t("verify.state.running"), d: "M5 12h.01M12 12h.01M19 12h.01" },
   ok: { name: t("verify.state.ok"), d: "M4 12.5l5.5 5.5L20 6.5" },
   note: { name: t("verify.state.note"), d: "M12 3.5L22 20.5H2zM12 10v5M12 17.6v.1" },
-  bad: { name: t("verify.state.bad"), d: "M8 2.5h8L21.5 8v8L16 21.5H8L2.5 16V8zM8.7 8.7l6.6 6.6M15.3 8.7l-6.6 6.6" },
-  unknown: { name: t("verify.state.unknown"), d: "M8 8.5a4 4 0 1 1 5.6 3.7c-1 .5-1.6 1.2-1.6 2.3v.5M12 19v.1" },
+  bad: {
+    name: t("verify.state.bad"),
+    d: "M8 2.5h8L21.5 8v8L16 21.5H8L2.5 16V8zM8.7 8.7l6.6 6.6M15.3 8.7l-6.6 6.6",
+  },
+  unknown: {
+    name: t("verify.state.unknown"),
+    d: "M8 8.5a4 4 0 1 1 5.6 3.7c-1 .5-1.6 1.2-1.6 2.3v.5M12 19v.1",
+  },
 };
 
 /** @type {Record<typeof gate.value, import("../types").CheckState>} */
@@ -34,9 +40,12 @@ export function Checklist() {
         <h2 data-testid="headline">${headline(it.active)}</h2>
         <small>${t("verify.version-points", { version: it.version, count: points })}</small>
       </div>
-      ${!isSaved.value && html`<p class="warning-line" data-testid="points-changed">
+      ${
+        !isSaved.value &&
+        html`<p class="warning-line" data-testid="points-changed">
         ${t("verify.points-changed")}
-      </p>`}
+      </p>`
+      }
       <dl class="figures">
         <${Figure}
           value=${report.verdict.level === "unknown" ? null : mm(report.verdict.mm)}
@@ -68,13 +77,17 @@ function headline(isActive) {
     case "wait":
       return t("verify.checking");
     case "problems":
-      return isActive ? t("verify.headline.active-problems", { count }) : t("verify.headline.not-ready", { count });
+      return isActive
+        ? t("verify.headline.active-problems", { count })
+        : t("verify.headline.not-ready", { count });
     case "not-tested":
       return t(isActive ? "verify.headline.active-not-tested" : "verify.headline.not-tested", {
         count: untestedCount.value,
       });
     default: // without a camera there is nothing to activate
-      return isActive ? t("common.active") : t(camera.value ? "verify.headline.ready" : "verify.headline.no-problems");
+      return isActive
+        ? t("common.active")
+        : t(camera.value ? "verify.headline.ready" : "verify.headline.no-problems");
   }
 }
 
@@ -98,10 +111,13 @@ const Item = ({ it }) => html`<li
   ${it.value && html`<em>${it.value}</em>`}
   <p>
     ${it.state === "running" ? t("verify.checking") : it.text}
-    ${it.fix && html`
+    ${
+      it.fix &&
+      html`
       ${" "}
       ${it.href ? html`<a href=${it.href}>${it.fix}</a>` : it.fix}
-    `}
+    `
+    }
   </p>
 </li>`;
 

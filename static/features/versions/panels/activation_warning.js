@@ -27,12 +27,14 @@ function Dialog({ asked }) {
   >
     <h2 id="activation-title">${t("versions.warning.title", { version: asked.it.version ?? "" })}</h2>
     <ul id="activation-problems" class="plain">
-      ${asked.claims.map((claim) => html`<li key=${claim.code} data-testid=${`against-${claim.code}`}>
+      ${asked.claims.map(
+        (claim) => html`<li key=${claim.code} data-testid=${`against-${claim.code}`}>
         <b>${claim.title}.</b>${" "}
         ${claim.evidence}
         ${" "}
         ${claim.fix}
-      </li>`)}
+      </li>`,
+      )}
     </ul>
     <p class="dim">${t("versions.warning.consequence")}</p>
     <div class="line">

@@ -10,38 +10,47 @@ const ELSEWHERE = new Set(["json", "npz"]); // they stand above, among the downl
 /** @param {{ it: import("../../../core/types").Calibration }} props */
 export function ExportMenu({ it }) {
   const known =
-    formats.value?.id === it.id ? formats.value.items.filter((f) => !ELSEWHERE.has(f.format)) : null;
+    formats.value?.id === it.id
+      ? formats.value.items.filter((f) => !ELSEWHERE.has(f.format))
+      : null;
   return html`<details
     class="more"
     data-testid="exports"
     onToggle=${(/** @type {any} */ e) => e.target.open && void askFormats(it.id)}
   >
     <summary>${t("versions.export.title")}</summary>
-    ${known === null
-      ? html`<p class="dim">${t("versions.export.asking")}</p>`
-      : html`
+    ${
+      known === null
+        ? html`<p class="dim">${t("versions.export.asking")}</p>`
+        : html`
         <ul class="plain downloads exports">
-          ${known.map((f) => html`<li key=${f.format}>
-            ${f.problem
-              ? html`<b>${f.title}</b>`
-              : html`<a data-testid=${`export-${f.format}`} href=${link(it.id, f)} download>
+          ${known.map(
+            (f) => html`<li key=${f.format}>
+            ${
+              f.problem
+                ? html`<b>${f.title}</b>`
+                : html`<a data-testid=${`export-${f.format}`} href=${link(it.id, f)} download>
                 ${f.title}
-              </a>`}
+              </a>`
+            }
             <em class=${f.exact && !f.problem ? "dim" : "approximate"} data-testid=${`cost-${f.format}`}>
               ${cost(f)}
             </em>
             <small>${f.problem ? f.problem.fix : f.holds}</small>
-          </li>`)}
+          </li>`,
+          )}
         </ul>
         <p class="dim">
           ${t("versions.export.errors")}
         </p>
-      `}
+      `
+    }
   </details>`;
 }
 
 /** @param {string} id @param {import("../../../core/types").Format} f */
-const link = (id, f) => address(`/calibrations/${id}/export/${f.format}${f.exact ? "" : "?approximate=true"}`);
+const link = (id, f) =>
+  address(`/calibrations/${id}/export/${f.format}${f.exact ? "" : "?approximate=true"}`);
 
 /** @param {import("../../../core/types").Format} f */
 function cost(f) {

@@ -48,9 +48,11 @@ export function ImportPage() {
             onChange=${(/** @type {Changed} */ e) => setOption({ camera: e.target.value })}
           >
             <option value="">${t("versions.import.as-file-says")}</option>
-            ${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>
+            ${cameras.value.map(
+              (c) => html`<option key=${c.id} value=${c.id}>
               ${c.name}
-            </option>`)}
+            </option>`,
+            )}
           </select>
         </label>
         <label>
@@ -61,9 +63,11 @@ export function ImportPage() {
             onChange=${(/** @type {Changed} */ e) => setOption({ field: e.target.value, region: "" })}
           >
             <option value="">${t("versions.import.as-file-says")}</option>
-            ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
+            ${fields.value.map(
+              (f) => html`<option key=${f.name} value=${f.name}>
               ${f.title}
-            </option>`)}
+            </option>`,
+            )}
           </select>
         </label>
         <label>
@@ -75,9 +79,11 @@ export function ImportPage() {
             onChange=${(/** @type {Changed} */ e) => setOption({ region: e.target.value })}
           >
             <option value="">${t("versions.import.as-file-says")}</option>
-            ${regions.map((name) => html`<option key=${name} value=${name}>
+            ${regions.map(
+              (name) => html`<option key=${name} value=${name}>
               ${areaTitle(name)}
-            </option>`)}
+            </option>`,
+            )}
           </select>
         </label>
         <label>
@@ -107,19 +113,25 @@ function Became() {
     </div>`;
   const { kept } = it;
   return (
-    kept && html`<div class="plainly" role="status" data-testid="imported">
+    kept &&
+    html`<div class="plainly" role="status" data-testid="imported">
       <p>
         <b>${importMessage(kept)}</b> ${kept.note}
       </p>
-      ${!kept.isLens && html`<div class="line">
+      ${
+        !kept.isLens &&
+        html`<div class="line">
         <a href=${reportAddress(kept.id)} target="_blank" rel="noopener">
           ${t("versions.import.open-report")}
         </a>
-        ${kept.camera && 
+        ${
+          kept.camera &&
           html`<button type="button" data-testid="import-activate" onClick=${() => void activateCalibration(kept)}>
             ${t("versions.import.activate")}
-          </button>`}
-      </div>`}
+          </button>`
+        }
+      </div>`
+      }
     </div>`
   );
 }

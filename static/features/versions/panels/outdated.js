@@ -8,21 +8,28 @@ import { calibrateAgain, changesInWords, refusal, search } from "../outdated.js"
 /** Of one camera, or of all over a field. @param {{ field?: string, camera?: string }} props */
 export function Outdated({ field = "", camera = "" }) {
   const found = cameras.value.filter(
-      ({ id, active }) => active?.field_changes.length && (camera ? id === camera : active.field === field),
+      ({ id, active }) =>
+        active?.field_changes.length && (camera ? id === camera : active.field === field),
     ),
     of = found[0]?.active?.field ?? "",
     names = found.map((c) => c.name).join(", ");
   if (!of && !search.value && !refusal.value) return null;
   return html`<section class="outdated" aria-label=${t("versions.outdated")} data-testid="outdated">
-    ${of && html`<div class="warning-line">
+    ${
+      of &&
+      html`<div class="warning-line">
       <b>
-        ${camera
-          ? t("versions.outdated.camera")
-          : t("versions.outdated.cameras", { count: found.length, cameras: names })}
+        ${
+          camera
+            ? t("versions.outdated.camera")
+            : t("versions.outdated.cameras", { count: found.length, cameras: names })
+        }
       </b>
       <p>
         ${t("versions.outdated.elsewhere-now", {
-          changes: changesInWords([...new Set(found.flatMap((c) => c.active?.field_changes ?? []))]),
+          changes: changesInWords([
+            ...new Set(found.flatMap((c) => c.active?.field_changes ?? [])),
+          ]),
           count: found.length,
         })}
       </p>
@@ -34,7 +41,8 @@ export function Outdated({ field = "", camera = "" }) {
       >
         ${t("versions.outdated.calibrate-again")}
       </button>
-    </div>`}
+    </div>`
+    }
     <${Working}
       now=${search.value}
       what=${t("versions.outdated.calibrating")}

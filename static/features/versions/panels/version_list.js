@@ -37,8 +37,11 @@ export function VersionListPage() {
   }, [camera]);
   return html`<div class="page wide" data-testid="versions-page">
     <h1>${t("versions.saved-versions")}</h1>
-    ${route.value.place === "library" && html`<nav class="tabs desks" aria-label=${t("versions.list.of-which-camera")}>
-      ${[...cameras.value, { id: "", name: t("versions.list.from-files") }].map(({ id, name }) => html`<a
+    ${
+      route.value.place === "library" &&
+      html`<nav class="tabs desks" aria-label=${t("versions.list.of-which-camera")}>
+      ${[...cameras.value, { id: "", name: t("versions.list.from-files") }].map(
+        ({ id, name }) => html`<a
         key=${id}
         class="tab"
         href=${addressOf("versions", { camera: id })}
@@ -46,26 +49,35 @@ export function VersionListPage() {
         aria-current=${id === camera ? "page" : undefined}
       >
         ${name}
-      </a>`)}
-    </nav>`}
-    ${!it
-      ? html`<p class="dim">${t("common.asking")}</p>`
-      : html`
+      </a>`,
+      )}
+    </nav>`
+    }
+    ${
+      !it
+        ? html`<p class="dim">${t("common.asking")}</p>`
+        : html`
         ${camera && html`<${Outdated} camera=${camera} />`}
         <${RollBack} />
-        ${it.items.length
-          ? html`<ul class="shelf" data-testid="shelf">
+        ${
+          it.items.length
+            ? html`<ul class="shelf" data-testid="shelf">
             ${it.items.map((v) => html`<${Version} key=${v.id} it=${v} />`)}
           </ul>`
-          : html`<p class="dim">
+            : html`<p class="dim">
             ${rich("versions.list.nothing-saved", {
               link: html`<a href=${addressOf("wall")}>${t("versions.list.take-picture")}</a>`,
             })}
-          </p>`}
-        ${it.next && html`<button type="button" onClick=${() => void loadMore()}>
+          </p>`
+        }
+        ${
+          it.next &&
+          html`<button type="button" onClick=${() => void loadMore()}>
           ${t("versions.list.show-older")}
-        </button>`}
-      `}
+        </button>`
+        }
+      `
+    }
   </div>`;
 }
 
@@ -76,15 +88,25 @@ function RollBack() {
   if (!before || !now) return null;
   return html`<div class="plainly line" data-testid="roll-back">
     <span class="grow">
-      ${before.by
-        ? rich("versions.roll-back.active-by", { version: now.version, former: before.version, person: before.by })
-        : rich("versions.roll-back.active", { version: now.version, former: before.version })}
+      ${
+        before.by
+          ? rich("versions.roll-back.active-by", {
+              version: now.version,
+              former: before.version,
+              person: before.by,
+            })
+          : rich("versions.roll-back.active", { version: now.version, former: before.version })
+      }
     </span>
     <button
       type="button"
       data-testid="do-roll-back"
       onClick=${() =>
-        void activateCalibration({ id: before.calibration, version: before.version, camera: now.camera })}
+        void activateCalibration({
+          id: before.calibration,
+          version: before.version,
+          camera: now.camera,
+        })}
     >
       ${t("versions.roll-back.go-back", { version: before.version ?? "" })}
     </button>
@@ -106,13 +128,16 @@ function Version({ it }) {
       <b>${t("versions.version", { version })}</b>
       ${active && html`<b class="level good">${t("common.active")}</b>`}
       <span class=${`level ${report.verdict.levels?.carpet ?? report.verdict.level}`}>${mm(report.verdict.mm)} mm</span>
-      ${changes.length > 0 && html`<b
+      ${
+        changes.length > 0 &&
+        html`<b
         class="level poor"
         data-testid="field-changed"
         title=${t("versions.list.elsewhere-now", { changes: changesInWords(changes) })}
       >
         ${t("common.field-changed")}
-      </b>`}
+      </b>`
+      }
       <small class="grow">
         ${model}, ${areaName(it.region)}; ${dayAndTime(it.created_at)}
         ${it.made_by && t("versions.list.made-by", { person: it.made_by })}
@@ -129,16 +154,22 @@ function Version({ it }) {
       take=${(/** @type {string} */ text) => annotate(it, text)}
     />
     <div class="line wrap">
-      ${camera && !active && 
+      ${
+        camera &&
+        !active &&
         html`<button type="button" data-testid="shelf-activate" onClick=${() => void activateCalibration(it)}>
           ${t("versions.activate")}
-        </button>`}
-      ${snapshot && html`<a
+        </button>`
+      }
+      ${
+        snapshot &&
+        html`<a
         href=${addressOf("calibrate", { picture: snapshot, step: "verify" })}
         data-testid="shelf-open"
       >
         ${t("versions.list.open-picture")}
-      </a>`}
+      </a>`
+      }
       <a href=${reportAddress(id)} target="_blank" rel="noopener">
         ${t("versions.list.open-report")}
       </a>
@@ -173,17 +204,21 @@ export function VersionListReport() {
     <${Two} />
     <section aria-label=${t("versions.history")}>
       <h2>${t("versions.history.title")}</h2>
-      ${it?.history.length
-        ? html`<ol class="plain history" data-testid="history">
-          ${it.history.map((h) => html`<li key=${h.at + h.calibration}>
+      ${
+        it?.history.length
+          ? html`<ol class="plain history" data-testid="history">
+          ${it.history.map(
+            (h) => html`<li key=${h.at + h.calibration}>
             <b>${h.version === null ? t("versions.history.deleted") : t("versions.version", { version: h.version })}</b>
             <small>
               ${dayAndTime(h.at)}
               ${h.by && t("versions.history.activated-by", { person: h.by })}
             </small>
-          </li>`)}
+          </li>`,
+          )}
         </ol>`
-        : html`<p class="reason">${t("versions.history.nothing")}</p>`}
+          : html`<p class="reason">${t("versions.history.nothing")}</p>`
+      }
     </section>
   `;
 }
@@ -201,22 +236,23 @@ function Two() {
     <h2>
       ${t("versions.two.versions", { first: of2[0], second: of2[1] })}
     </h2>
-    ${at?.why
-      ? html`<p class="warning-line">
+    ${
+      at?.why
+        ? html`<p class="warning-line">
         <b>${at.why.detail}</b> ${at.why.fix}
       </p>`
-      : !at?.is
-      ? html`<p class="reason">${t("versions.two.comparing")}</p>`
-      : html`
+        : !at?.is
+          ? html`<p class="reason">${t("versions.two.comparing")}</p>`
+          : html`
         <p class="plainly">
           ${rich("versions.two.apart", {
             median: mm(at.is.median_mm),
             worst: html`<b data-testid="apart-worst">${mm(at.is.max_mm)} mm</b>`,
             place: at.is.worst_place
               ? t("versions.two.apart-place", {
-                x: number(at.is.worst_place[0], 0),
-                y: number(at.is.worst_place[1], 0),
-              })
+                  x: number(at.is.worst_place[0], 0),
+                  y: number(at.is.worst_place[1], 0),
+                })
               : "",
           })}
         </p>
@@ -225,6 +261,7 @@ function Two() {
           alt=${t("versions.two.map", { first: of2[0], second: of2[1] })}
           src=${address(`/calibrations/${ids[0]}/difference/${ids[1]}.png`)}
         />
-      `}
+      `
+    }
   </section>`;
 }

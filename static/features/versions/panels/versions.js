@@ -31,9 +31,12 @@ export function ComparePanel() {
       <${Title} of="compare">
         ${t("versions.compare.version", { version: it.version, time: dayAndTime(it.created_at) })}
       <//>
-      ${!isSaved.value && html`<p class="warning-line" data-testid="changed">
+      ${
+        !isSaved.value &&
+        html`<p class="warning-line" data-testid="changed">
         ${t("versions.compare.changed")}
-      </p>`}
+      </p>`
+      }
       <ul class="plain facts">
         <li>
           ${t("versions.compare.corrected")}${" "}
@@ -101,7 +104,8 @@ export function Downloads() {
 function Note() {
   const it = version.value;
   return (
-    it && html`<section aria-label=${t("versions.note")}>
+    it &&
+    html`<section aria-label=${t("versions.note")}>
       <h2>${t("versions.note-for", { version: it.version })}</h2>
       <${Typed}
         type="text"
@@ -123,28 +127,36 @@ export function VersionsPanel() {
         ${camera.value ? t("versions.versions-for", { camera: camera.value.name }) : t("versions.saved-versions")}
       <//>
       <ul class="versions" data-testid="versions">
-        ${versions.value.map((v) => html`<li key=${v.id} class=${v.id === version.value?.id ? "now" : ""}>
+        ${versions.value.map(
+          (v) => html`<li key=${v.id} class=${v.id === version.value?.id ? "now" : ""}>
           <div>
             <b>${t("versions.version", { version: v.version })}</b>
-            ${v.active && html`
+            ${
+              v.active &&
+              html`
               ${" "}
               <b class="level good">${t("common.active")}</b>
-            `}
+            `
+            }
           </div>
           <em>${mm(v.report.verdict.mm)} mm</em>
           <small>
             ${dayAndTime(v.created_at)}
             ${v.note && `, ${v.note}`}
           </small>
-          ${camera.value && !v.active && 
+          ${
+            camera.value &&
+            !v.active &&
             html`<button
               type="button"
               data-testid=${`activate-${v.version}`}
               onClick=${() => void activateCalibration(v)}
             >
               ${t("versions.activate")}
-            </button>`}
-        </li>`)}
+            </button>`
+          }
+        </li>`,
+        )}
       </ul>
       <p>
         <a
@@ -154,9 +166,12 @@ export function VersionsPanel() {
           ${t("versions.show-all")}
         </a>
       </p>
-      ${camera.value === null && html`<p class="dim">
+      ${
+        camera.value === null &&
+        html`<p class="dim">
         ${t("versions.of-file")}
-      </p>`}
+      </p>`
+      }
     </section>
     <${Note} />
     <${Downloads} />
