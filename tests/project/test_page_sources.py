@@ -111,12 +111,20 @@ def test_the_type_checker_would_notice_a_misspelt_name(checked_copy):
     assert "widht" in done.stdout and "rsm_px" in done.stdout
 
 
-def test_every_source_passes_the_linter():
-    oxlint = shutil.which("oxlint", path=str(Path(sys.executable).parent)) or shutil.which("oxlint")
-    assert oxlint, "oxlint is missing: install the dev extra (pip install -e '.[dev]')"
-    asked = [oxlint, "--config", str(ROOT / ".oxlintrc.json"), "static", "tests/page"]
+def passes(tool: str, *words: str) -> None:
+    command = shutil.which(tool, path=str(Path(sys.executable).parent)) or shutil.which(tool)
+    assert command, f"{tool} is missing: install the dev extra (pip install -e '.[dev]')"
+    asked = [command, "--config", str(ROOT / f".{tool}rc.json"), *words, "static", "tests/page"]
     done = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
+
+
+def test_every_source_passes_the_linter():
+    passes("oxlint")
+
+
+def test_every_source_is_formatted():
+    passes("oxfmt", "--check")
 
 
 @pytest.mark.parametrize("source", OWN, ids=lambda p: str(p.relative_to(STATIC)))

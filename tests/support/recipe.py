@@ -7,7 +7,16 @@ from pathlib import Path
 
 from tests.support.paths import HELP, ROOT
 
-COPIED = ("app", "configs", "static", "tests", "pyproject.toml", "README.md", ".oxlintrc.json")
+COPIED = (
+    "app",
+    "configs",
+    "static",
+    "tests",
+    "pyproject.toml",
+    "README.md",
+    ".oxlintrc.json",
+    ".oxfmtrc.json",
+)
 BLOCK = re.compile(r"^((?:[^\n]+\n)*[^\n]+):\n\n```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 NAME = re.compile(r"`([\w.]+/[\w/.]+\.(?:py|js))`")
 
