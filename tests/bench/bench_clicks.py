@@ -22,7 +22,7 @@ from tests.support.operator import (
     true_camera,
 )
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
-from touchline.core.field import HAT_MM
+from touchline.core.field import ROBOT_TOP_MM
 from touchline.core.geometry import with_z
 from touchline.core.records import Fit
 from touchline.evaluate.uncertainty import expected_error, grid_over
@@ -51,7 +51,10 @@ LENS_TERMS = {"p1", "p2", "k3", "k4", "k5", "k6"}
 def bound(tilt: int, seeds: int = BOUND_SEEDS) -> np.ndarray:
     """Cramér–Rao: what no unbiased method beats with these clicks, k1 and k2 unknown; rms over the seeds."""
     found = [
-        [expected_error(known, REGION, z, grid_over(REGION, 21, 17)).rms for z in (0.0, HAT_MM)]
+        [
+            expected_error(known, REGION, z, grid_over(REGION, 21, 17)).rms
+            for z in (0.0, ROBOT_TOP_MM)
+        ]
         for known in knowable(reference_camera("strong", tilt), 9, 0.3, seeds)
     ]
     return np.sqrt(np.mean(np.square(found), axis=0))
@@ -82,7 +85,7 @@ def least_mean_hat(count: int, lens=("k1", "k2"), seeds: int = BOUND_SEEDS) -> f
     rng, places, means = np.random.default_rng(0), grid_over(REGION, 21, 17), []
     for known in knowable(reference_camera("mild", 0), count, 0.5, seeds, lens):
         by = sensitivity_of(known.model).field_jacobian(
-            with_z(places.reshape(-1, 2), HAT_MM), known.parameter_names
+            with_z(places.reshape(-1, 2), ROBOT_TOP_MM), known.parameter_names
         )
         errors = np.einsum(
             "nik,sk->sni", by, rng.multivariate_normal(np.zeros(by.shape[2]), known.covariance, 200)
@@ -166,7 +169,10 @@ def sigma_ratio(tilt: int = 8, seeds: int = SIGMA_SEEDS) -> np.ndarray:
     places = grid_over(REGION, 21, 17)
     predicted = np.sqrt(
         np.mean(
-            [[expected_error(f, REGION, z, places).rms ** 2 for z in (0.0, HAT_MM)] for f in fits],
+            [
+                [expected_error(f, REGION, z, places).rms ** 2 for z in (0.0, ROBOT_TOP_MM)]
+                for f in fits
+            ],
             axis=0,
         )
     )

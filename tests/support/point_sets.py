@@ -24,7 +24,7 @@ REGIONS = ("full", "half", "half-left", "quarter-top-right")
 TURNS = (0, 90, 180, 270)
 HEIGHT_MM, FOCAL_PX, TILT = 4000.0, 520.0, 0.06
 LENS_TERMS = (-0.2, 0.05, 0.001, -0.001, 0.0, 0.0, 0.0, 0.0)
-HAT_MM = FIELD.hat_height_mm
+ROBOT_TOP_MM = FIELD.hat_height_mm
 SPOTS = (
     "corner-top-right",
     "halfway-bottom",
@@ -162,16 +162,19 @@ SETS: dict[str, Callable[[View], Observations]] = {
         )
     ],
     "corners and centre": lambda view: [*view.corners(), view.spot(0.5, 0.5)],
-    "corners above the carpet": lambda view: view.corners(HAT_MM),
+    "corners above the carpet": lambda view: view.corners(ROBOT_TOP_MM),
     "corners below the carpet": lambda view: view.corners(-200.0),
-    "corners on the carpet and above it": lambda view: [*view.corners(), *view.corners(HAT_MM)],
+    "corners on the carpet and above it": lambda view: [
+        *view.corners(),
+        *view.corners(ROBOT_TOP_MM),
+    ],
     "corners as a line": lambda view: [{**o, "kind": "line"} for o in view.corners()],
     "corners and one border": lambda view: [*view.corners(), view.along("top")],
     "a grid of positions": lambda view: [
         view.spot(u, v) for u in np.linspace(0, 1, 4) for v in np.linspace(0, 1, 4)
     ],
     "a grid above the carpet": lambda view: [
-        view.spot(u, v, HAT_MM) for u in np.linspace(0, 1, 4) for v in np.linspace(0, 1, 4)
+        view.spot(u, v, ROBOT_TOP_MM) for u in np.linspace(0, 1, 4) for v in np.linspace(0, 1, 4)
     ],
     "landmarks on one line": lambda view: [view.spot(u, u) for u in np.linspace(0, 1, 6)],
     "one border": lambda view: view.borders("left"),
@@ -188,7 +191,7 @@ SETS: dict[str, Callable[[View], Observations]] = {
     "no border": _inside,
     "one circle": lambda view: [view.along("centre-circle", 24)],
     "circle and corners": lambda view: [view.along("centre-circle", 24), *view.corners()],
-    "borders above the carpet": lambda view: [{**o, "z_mm": HAT_MM} for o in view.borders()],
+    "borders above the carpet": lambda view: [{**o, "z_mm": ROBOT_TOP_MM} for o in view.borders()],
     "all at one pixel": _with_points(lambda points: [[300.0, 200.0]] * len(points)),
     "corners at one pixel": lambda view: [
         {**o, "points": [[300.0, 200.0]]} for o in view.corners()
@@ -315,7 +318,7 @@ def _layouts(points: Sequence[Sequence[float]]) -> st.SearchStrategy[list[list[f
 @st.composite
 def observations_seen(draw: st.DrawFn, view: View) -> dict[str, Any]:
     """One observation: any feature, marked as its kind is or not."""
-    z_mm = draw(st.sampled_from([0.0] * 6 + [HAT_MM, -300.0, 10_000.0, HEIGHT_MM]))
+    z_mm = draw(st.sampled_from([0.0] * 6 + [ROBOT_TOP_MM, -300.0, 10_000.0, HEIGHT_MM]))
     height = {"z_mm": z_mm} if z_mm else {}
     if draw(st.booleans()):
         name = draw(st.sampled_from(MARKINGS))

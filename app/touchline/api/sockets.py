@@ -14,7 +14,7 @@ from touchline.api.middleware.problems import MANUAL, json_bytes
 from touchline.core.errors import BadInput, Busy, TouchlineError
 from touchline.core.statements import stated
 
-Told = TypeVar("Told", bound=BaseModel)
+Received = TypeVar("Received", bound=BaseModel)
 SEND_TIMEOUT_S = 10.0  # a viewer that takes nothing for so long is closed
 CLOSE_TIMEOUT_S = 1.0
 
@@ -80,7 +80,9 @@ async def send_text(socket: WebSocket, text: str) -> None:
         await socket.send_text(text)
 
 
-async def receive_json(socket: WebSocket, schema: type[Told], max_length: int, fix: str) -> Told:
+async def receive_json(
+    socket: WebSocket, schema: type[Received], max_length: int, fix: str
+) -> Received:
     """Return the client's next message; BadInput with the fix for one of bytes, a longer one, and what is none."""
     message = await socket.receive()
     if message["type"] == "websocket.disconnect":

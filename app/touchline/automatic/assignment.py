@@ -70,14 +70,14 @@ CLEARANCE_PX = 4.0  # of other paint
 BLUR_SIGMA_PX, MIN_BLUR_GAIN = 0.6, 1.1
 MIN_MARKING_POINTS = 3  # points of a marking that are worth naming it
 MIN_WIDTH_SHARE = 0.8  # of a marking, for its paint's width to be known
-SURELY_FOUND = 0.95  # of the expected lines
+MIN_SURE_SHARE = 0.95  # of the expected lines
 # of the places where a line was found: fewer in the second measuring, and the first stands
 MIN_REMEASURED_HITS = 0.9
 # along each side of an area; share of it that one camera shows more than another
 AREA_CELLS, MIN_AREA_GAIN = 10, 0.05
 MIN_LINES = 3  # straight ones, for a match
 # between the region's corners as two cameras see them, which are then the same
-MAX_TWIN_OFFSET_PX = 12.0
+MAX_SAME_LINE_OFFSET_PX = 12.0
 # of the diagonal: a line of that length on the carpet wants an explanation
 MIN_UNEXPLAINED_LENGTH = 0.05
 CHAIN_STEP = 4  # px along those chains
@@ -246,7 +246,7 @@ def _points_of(
     )
     found = None if finer is None else _measured(lines, finer.state, field, region, searched)
     # of a fisheye, the other lens may see further out
-    if found is None or found.share < SURELY_FOUND:
+    if found is None or found.share < MIN_SURE_SHARE:
         other = _measured(
             lines, state, field, region, searched, NO_WIDTHS if found is None else found.sure_widths
         )
@@ -305,7 +305,7 @@ def _profiles(lines: DetectedLines, places: LineSamples, widths: Mapping[int, fl
         )
 
     profiles = across(lines.gray)
-    if profiles.found[places.clear].mean() >= SURELY_FOUND:
+    if profiles.found[places.clear].mean() >= MIN_SURE_SHARE:
         return profiles
     # Lines of one pixel without soft edges, and sharpened ones, have no bar's profile.
     blurred = across(np.asarray(cv2.GaussianBlur(lines.gray, (0, 0), BLUR_SIGMA_PX), np.uint8))
@@ -473,7 +473,7 @@ def _are_twins(one: CameraCandidate, other: CameraCandidate, region: Region) -> 
     """Whether the other is the same camera over the field turned by 180°."""
     corners = np.array([(x, y, 0.0) for x in region.x_mm for y in region.y_mm])
     apart = one.refined.state.project(corners) - other.refined.state.project(corners * (-1, -1, 1))
-    return bool(np.abs(apart).max() < MAX_TWIN_OFFSET_PX)
+    return bool(np.abs(apart).max() < MAX_SAME_LINE_OFFSET_PX)
 
 
 def _explained(found: LineAssignment, lines: DetectedLines) -> tuple[float, float]:

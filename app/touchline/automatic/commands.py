@@ -113,7 +113,7 @@ def auto(
         found, calibration = task.answer(frame, subprogress(progress, 0.1, 1.0), reads)
     answer: Mapping[str, Any] = found
     recognised = answer.get("recognised")
-    told = (
+    text = (
         json.dumps(found, allow_nan=False)
         if as_json
         else ("" if calibration is None else _summary(found, calibration, output))
@@ -126,8 +126,8 @@ def auto(
         files.write_bytes(points, json.dumps(kept, allow_nan=False).encode())
     if output is not None and calibration is not None:
         files.write_calibration(output, calibration)
-    if told:
-        print(told)
+    if text:
+        print(text)
     if calibration is None:
         verdict, choices = found["verdict"], recognised["choices"] if recognised else []
         ways = [

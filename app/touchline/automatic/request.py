@@ -354,7 +354,7 @@ class AutomaticRequest:
 
         found, proof: what there is with the chosen one; another must explain the picture better.
         """
-        is_sure = proof is not None and proof.share >= assignment.SURELY_FOUND
+        is_sure = proof is not None and proof.share >= assignment.MIN_SURE_SHARE
         areas = () if is_sure else smaller_areas(self.field, self.region)
         prior = replace(pose_prior_from_json(self.rough), turn_deg=None)
         for seen in recognise(lines.seen, [(self.field, areas)], prior, progress) if areas else ():

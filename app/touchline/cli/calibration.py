@@ -80,9 +80,9 @@ def calibrate(
     task = requests.task_from(image, points, field, region, rotate, model, options, note, fields)
     with progress_bar("Calibrating") as progress:
         done = task.run(progress)
-    told = json.dumps(done.report, allow_nan=False) if as_json else _summary(done.report, output)
+    text = json.dumps(done.report, allow_nan=False) if as_json else _summary(done.report, output)
     files.write_calibration(output, task.record(done))
-    print(told)
+    print(text)
 
 
 def correct(

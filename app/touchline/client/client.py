@@ -305,14 +305,14 @@ class Client:
             POLL_S,
             None if timeout_s is None else time.monotonic() + timeout_s,
         )
-        told: tuple[float, str] | None = None
+        reported: tuple[float, str] | None = None
         try:
             while True:
                 now = cast(Job, self.call("GET", f"/jobs/{_path(id)}").json())
                 if now["state"] not in ("queued", "running"):
                     break
-                if told != (news := (now["progress"], now["message"])):
-                    told = news
+                if reported != (news := (now["progress"], now["message"])):
+                    reported = news
                     progress(*news)
                 if end_s is not None and time.monotonic() > end_s:
                     raise Unavailable(

@@ -28,7 +28,7 @@ QUARTER_TURNS = (0, 90, 180, 270)
 DEFAULT_LINE_WIDTH_MM = 10.0
 LINE_SIGMA_MM = 3.0  # of painted lines about their places
 # where the pattern of a Small Size League robot is; other leagues' fields say theirs
-HAT_MM = 150.0
+ROBOT_TOP_MM = 150.0
 
 
 class ArcJson(TypedDict):
@@ -300,7 +300,7 @@ class Field:
     regions: Mapping[str, Region]
     # goals, boundary, ball: drawn and published, not fitted
     extras: Mapping[str, Any] = member(default_factory=dict)
-    hat_height_mm: float = HAT_MM
+    hat_height_mm: float = ROBOT_TOP_MM
     line_sigma_mm: float = LINE_SIGMA_MM
     line_offsets_mm: Mapping[str, float] = member(default_factory=dict)
     arc_offsets_mm: Mapping[str, Point] = member(default_factory=dict)

@@ -15,9 +15,9 @@ from touchline.core.errors import BadInput
 from touchline.core.field import (
     BORDERS,
     DEFAULT_LINE_WIDTH_MM,
-    HAT_MM,
     LINE_SIGMA_MM,
     QUARTER_TURNS,
+    ROBOT_TOP_MM,
     Arc,
     Field,
     Landmark,
@@ -37,7 +37,7 @@ SIZE = say("field-change.size", "its size")
 
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
 MAX_NAME = 64
-MAX_HAT_MM = 2000.0  # a grown-up humanoid
+MAX_ROBOT_TOP_MM = 2000.0  # a grown-up humanoid
 MAX_LINE_SIGMA_MM = 200.0
 MIN_SIDE_MM, MAX_SIDE_MM = 100.0, 100_000.0  # a table top to a stadium
 MAX_MEMBERS = 500  # of each kind; the richest league field has 60
@@ -161,7 +161,7 @@ def field_from_json(value: Any) -> Field:
         landmarks,
         regions,
         _extras(value.get("extras", {}), landmarks),
-        number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, MAX_HAT_MM),
+        number(value.get("hat_height_mm", ROBOT_TOP_MM), "hat_height_mm", 1, MAX_ROBOT_TOP_MM),
         number(value.get("line_sigma_mm", LINE_SIGMA_MM), "line_sigma_mm", 0, MAX_LINE_SIGMA_MM),
     )
 

@@ -190,10 +190,10 @@ def learn_profile(
         *background_samples(common, named),
         *(onto.background if onto else ()),
     )
-    made = ColourProfile(
+    profile = ColourProfile(
         name, named, background[:MAX_SAMPLES], mean_light(pictures[0]) if pictures else None
     )
-    return replace(made, reach=onto.reach, margin=onto.margin) if onto else made
+    return replace(profile, reach=onto.reach, margin=onto.margin) if onto else profile
 
 
 def sample_at(pixels: Picture, place: Click | Box) -> ColourSample:

@@ -19,7 +19,7 @@ from touchline.detection.profile import NAMES
 from touchline.detection.records import Detection
 from touchline.detection.stages import FrameState, Picture, Stage
 
-_HAT_MM = 75.0  # from a robot's middle: no ball is seen there
+_ROBOT_TOP_RADIUS_MM = 75.0  # from a robot's middle: no ball is seen there
 _SHARP = 40.0  # grey levels a pixel at the rim of a ball in a sharp picture
 
 
@@ -142,7 +142,7 @@ class FindBall(Stage):
         if not len(robots) or self._context.robot_z_mm < 100:
             return np.zeros(len(middles), bool)  # a small robot's own colours are told by its tag
         away = np.einsum("nij,nrj->nri", mm_per_px, middles[:, None] - robots)
-        return (np.linalg.norm(away, axis=-1) < _HAT_MM).any(axis=1)
+        return (np.linalg.norm(away, axis=-1) < _ROBOT_TOP_RADIUS_MM).any(axis=1)
 
     def picture(self, state: FrameState) -> Picture:
         drawn = state.clean // 2

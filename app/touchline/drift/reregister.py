@@ -530,7 +530,7 @@ def run_register(spec: Any, progress: Progress) -> JsonObject:
         # gone or damaged: then the model itself says where lines were
         with suppress(TouchlineError):
             before = pictures[1][1]() if own else None
-    summary, made = reregister(
+    summary, version = reregister(
         Calibration.from_json(spec["calibration"]),
         frame,
         subprogress(progress, 0.1, 1.0),
@@ -538,4 +538,4 @@ def run_register(spec: Any, progress: Progress) -> JsonObject:
         spec["snapshot"],
         spec["note"],
     )
-    return {"told": summary, "made": made.to_json()}
+    return {"told": summary, "made": version.to_json()}

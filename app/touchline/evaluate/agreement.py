@@ -5,7 +5,7 @@ behind it, shows that spot d beside where it expects it, and so puts the hat whe
 What the carpet cannot tell is that a camera stands higher or elsewhere than its calibration has it: each then puts all
 hats aside along its own rays, though both agree on the carpet. Only its fit knows how large that may be, so
 
-    apart² = |d carried|² + σ_a² + σ_b²        σ: the expected error at hat height (uncertainty.py)
+    apart² = |d carried|² + σ_a² + σ_b²        σ: the expected error at robot-top height (uncertainty.py)
 
 and where a calibration came without a covariance, nothing is stated.
 
@@ -125,14 +125,14 @@ def _seen_by_both(
     return SharedArea(x, y, both)
 
 
-# of places (…, 2) mm at hat height: the error to expect there (…,) mm
+# of places (…, 2) mm at robot-top height: the error to expect there (…,) mm
 ExpectedAt = Callable[[Points], Array]
 HatFrom = Literal["carpet", "matches", "expected"]
 HatUnknown = Literal["no-rays", "no-covariance", "not-seen"]
 
 
 def expected_at_tops(calibration: Calibration) -> ExpectedAt | None:
-    """Return the expected error at hat height of a calibration; None where it does not know it."""
+    """Return the expected error at robot-top height of a calibration; None where it does not know it."""
     field = field_from_json(calibration.field)
     region = field.region(calibration.region, calibration.rotate)
     try:
@@ -159,8 +159,8 @@ def carried_mm(
     """
     if not (isinstance(a, RayModel) and isinstance(b, RayModel)):
         return np.full(places.shape[:-1], np.nan)
-    hats = with_z(places, z_mm)
-    raw_a, raw_b = a.project(hats), b.project(hats)
+    robot_tops = with_z(places, z_mm)
+    raw_a, raw_b = a.project(robot_tops), b.project(robot_tops)
     behind = field_from_raw(b, raw_b)  # the spot of carpet that the hat hides
     shift, _ = found.at(behind)
     apart = np.linalg.norm(b.unproject(raw_from_field(b, behind + shift), z_mm) - places, axis=-1)
@@ -264,8 +264,8 @@ def agreement(
 ) -> RigAgreement:
     """found: the field of offsets, where it is fitted already.
 
-    expected: at hat height, of two cameras of a rig, each None where it is not known; without, a and b are one camera
-    before and now, whose own errors are the same in both.
+    expected: at robot-top height, of two cameras of a rig, each None where it is not known; without, a and b are one
+    camera before and now, whose own errors are the same in both.
     """
     shared = shared_area(a, size_a, b, size_b, field)
     found = found or fit_offset_field(evidence)

@@ -2,8 +2,8 @@
 
     minimise Σ |G (pixel' - pixel)|²,   G = how the place on the field moves with the pixel, mm/px
 
-over a grid of the region on the carpet and, where the model has rays, at hat height: what a robot's pattern is seen at.
-Pose, focal length and centre are free: a lens with one term borrows from them what it lacks itself.
+over a grid of the region on the carpet and, where the model has rays, at robot-top height: what a robot's pattern is
+seen at. Pose, focal length and centre are free: a lens with one term borrows from them what it lacks itself.
 """
 
 from contextlib import suppress
@@ -46,7 +46,7 @@ GUESS_MM = 1.0
 class ApproximationError:
     """How far a camera puts things from where the model puts them: field mm over the region, as far as it is in view.
 
-    hat: the same at hat height; None where the model has no rays to say it.
+    hat: the same at robot-top height; None where the model has no rays to say it.
     """
 
     rms_mm: float
@@ -71,18 +71,18 @@ def approximation_error(
     places, pixels = _seen(model, region, GRID, 0.0)
     errors = _length(other.unproject(pixels) - places)
     worst = int(np.argmax(errors))
-    hat_rms = hat_worst = None
+    robot_top_rms_mm = robot_top_worst_mm = None
     if isinstance(model, RayModel):
-        hat_places, hat_pixels = _seen(model, region, GRID, hat_height_mm)
-        hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
-        hat_rms, hat_worst = root_mean_square(hat), float(hat.max(initial=0.0))
+        robot_top_places, robot_top_pixels = _seen(model, region, GRID, hat_height_mm)
+        hat = _length(other.unproject(robot_top_pixels, hat_height_mm) - robot_top_places)
+        robot_top_rms_mm, robot_top_worst_mm = root_mean_square(hat), float(hat.max(initial=0.0))
     x_mm, y_mm = places[worst].tolist()
     return ApproximationError(
         root_mean_square(errors),
         float(errors[worst]),
         (x_mm, y_mm),
-        hat_rms,
-        hat_worst,
+        robot_top_rms_mm,
+        robot_top_worst_mm,
         hat_height_mm,
     )
 

@@ -442,7 +442,7 @@ def _model(calibration: Calibration) -> Claim:
 
 
 def _height(report: Mapping[str, Any]) -> Claim:
-    camera, told = report.get("camera"), report.get("height") or {}
+    camera, height_check = report.get("camera"), report.get("height") or {}
     measured = (
         say(
             "claim.height.measured",
@@ -471,7 +471,7 @@ def _height(report: Mapping[str, Any]) -> Claim:
             say("claim.height.none", "No camera height"),
             say("claim.height.none.text", "This model has none, or it was not recorded."),
         )
-    if told.get("state") == "agrees":
+    if height_check.get("state") == "agrees":
         return Claim(
             "height",
             "held",
@@ -479,7 +479,7 @@ def _height(report: Mapping[str, Any]) -> Claim:
             measured,
             tried=("points-height",),
         )
-    if told.get("state") == "not-checked":
+    if height_check.get("state") == "not-checked":
         return Claim(
             "height",
             "not-tested",

@@ -27,7 +27,7 @@ from touchline.models.ray_camera import RayCamera
 
 GRID = (25, 19)  # columns, rows over the region
 
-FREER = ("brown-conrady", "fisheye")
+MORE_TERMS = ("brown-conrady", "fisheye")
 MIN_TERMS = 2  # of a lens that can bend as real ones do
 EXPLAINS, EXPLAINS_PX = 3.0, 1.0  # how much worse than another model a reference may fit the points
 OWN = ("terms", "lens", "lens_sigma")  # options that are about one lens
@@ -134,7 +134,7 @@ class Contradiction:
 
     freer: Fit
     carpet_mm: float
-    hat_mm: float | None
+    robot_top_mm: float | None
 
     @property
     def title(self) -> str:
@@ -156,7 +156,7 @@ def freer_lens(
 ) -> Fit | None:
     """Fit the lenses that bend freely to the points; return the most probable one, None where none can be fitted."""
     fits = []
-    for name in FREER:
+    for name in MORE_TERMS:
         others = {
             key: value for key, value in known_options(name, options).items() if key not in OWN
         }
@@ -191,7 +191,7 @@ def contradiction(
     return Contradiction(
         reference,
         carpet_mm,
-        _hat_mm(freer, model, region, hat_height_mm) if isinstance(model, RayModel) else None,
+        _robot_top_mm(freer, model, region, hat_height_mm) if isinstance(model, RayModel) else None,
     )
 
 
@@ -221,7 +221,9 @@ def fit_rms_px(fit: Fit, observations: Observations, field: Field, region: Regio
     )
 
 
-def _hat_mm(freer: RayModel, model: RayModel, region: Region, hat_height_mm: float) -> float | None:
+def _robot_top_mm(
+    freer: RayModel, model: RayModel, region: Region, hat_height_mm: float
+) -> float | None:
     places = grid_over(region)
     there = model.unproject(freer.project(with_z(places, hat_height_mm)), hat_height_mm)
     return rms(np.linalg.norm(there - places, axis=-1).ravel())

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchline.core.errors import BadInput
-from touchline.core.field import BORDERS, HAT_MM, Arc, Feature, Field, Landmark, Line, Region
+from touchline.core.field import BORDERS, ROBOT_TOP_MM, Arc, Feature, Field, Landmark, Line, Region
 from touchline.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from touchline.core.records import Fit, Warning
 from touchline.core.statements import Sentence, say
@@ -59,14 +59,14 @@ class WeakDirection:
 
     parts: tuple[str, ...]
     carpet_mm: float
-    hat_mm: float
-    taped_hat_mm: float
+    robot_top_mm: float
+    taped_robot_top_mm: float
 
 
 def weakest_direction(
-    fit: Fit, region: Region, hat_height_mm: float = HAT_MM
+    fit: Fit, region: Region, hat_height_mm: float = ROBOT_TOP_MM
 ) -> WeakDirection | None:
-    """The combination that costs most at hat height (on the carpet, for a model without rays)."""
+    """The combination that costs most at robot-top height (on the carpet, for a model without rays)."""
     sensitivity = sensitivity_of(fit.model)
     if sensitivity is None or fit.covariance is None:
         return None
@@ -113,11 +113,11 @@ def _with_taped_height(covariance: Array, names: tuple[str, ...]) -> Array:
 
 
 def observability_warnings(
-    fit: Fit, region: Region, hat_height_mm: float = HAT_MM
+    fit: Fit, region: Region, hat_height_mm: float = ROBOT_TOP_MM
 ) -> list[Warning]:
-    """Warn where the weak direction costs more than WARN_MM on the carpet or at hat height."""
+    """Warn where the weak direction costs more than WARN_MM on the carpet or at robot-top height."""
     weak = weakest_direction(fit, region, hat_height_mm)
-    if weak is None or max(weak.carpet_mm, weak.hat_mm) <= WARN_MM:
+    if weak is None or max(weak.carpet_mm, weak.robot_top_mm) <= WARN_MM:
         return []
     rays = isinstance(fit.model, RayModel)
     cost = say("cost.carpet", "{mm:.1f} mm on the carpet", mm=weak.carpet_mm)
@@ -126,10 +126,12 @@ def observability_warnings(
             "cost.robot-tops",
             "{mm:.1f} mm on the carpet, {tops_mm:.0f} mm at robot-top height ({height_mm:g} mm)",
             mm=weak.carpet_mm,
-            tops_mm=weak.hat_mm,
+            tops_mm=weak.robot_top_mm,
             height_mm=hat_height_mm,
         )
-    if weak.taped_hat_mm < 0.7 * weak.hat_mm and {"focal length", "height"} & set(weak.parts):
+    if weak.taped_robot_top_mm < 0.7 * weak.robot_top_mm and {"focal length", "height"} & set(
+        weak.parts
+    ):
         return [
             Warning(
                 "height-unknown",
@@ -144,8 +146,8 @@ def observability_warnings(
                     "error at robot tops from {mm:.0f} to {measured_mm:.1f} mm. Four points at a known height, "
                     "or a board calibration of the lens, also help.",
                     cm=TAPE_MM / 10,
-                    mm=weak.hat_mm,
-                    measured_mm=weak.taped_hat_mm,
+                    mm=weak.robot_top_mm,
+                    measured_mm=weak.taped_robot_top_mm,
                 ),
             )
         ]

@@ -82,9 +82,9 @@ def report(
         if held_out is not None
         else []
     )
-    hat_mm = field.hat_height_mm
-    ends = reach_warnings(fit.model, region, hat_mm)
-    warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm), *ends]
+    robot_top_mm = field.hat_height_mm
+    ends = reach_warnings(fit.model, region, robot_top_mm)
+    warnings = [*fit.warnings, *observability_warnings(fit, region, robot_top_mm), *ends]
     # a lens bends the inside as it bends the borders; curves of their own know nothing between them
     knows_inside = knows_its_error(fit) or any(
         o.feature not in BORDERS and len(o.points) for o in observations
@@ -113,12 +113,12 @@ def report(
     # the points know better than a height that contradicts them
     if determined.alternative is not None:
         determined, stand_in = determined.alternative, fit.model
-    sigma = sigma_report(determined, region, hat_mm, height_is_known, stand_in=stand_in)
+    sigma = sigma_report(determined, region, robot_top_mm, height_is_known, stand_in=stand_in)
     areas = _better_areas(fit.model, field, region, sigma)
     if areas:
         warnings.append(Warning(NOT_IN_IMAGE, *area_sentences(areas)))
     height = fit.notes.get("height")
-    apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
+    apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.robot_top_mm or 0.0)
     if freer is not None and apart_mm > GOOD_MM:
         warnings.append(
             Warning(
@@ -162,7 +162,7 @@ def report(
                 knows_inside,
                 isinstance(fit.model, RayModel),
                 reaches=not ends,
-                hat_height_mm=hat_mm,
+                hat_height_mm=robot_top_mm,
                 apart_mm=apart_mm,
                 freer="" if freer is None else freer.title,
                 is_apart_expected=stand_in is not None,

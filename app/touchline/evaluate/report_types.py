@@ -56,7 +56,7 @@ class SigmaReport(ErrorFigures):
 
 
 class ExpectedFigures(TypedDict):
-    """Expected error of a report, rms mm: on the carpet, and at hat height; None where it is not known."""
+    """Expected error of a report, rms mm: on the carpet, and at robot-top height; None where it is not known."""
 
     expected_mm: float | None
     expected_hat_mm: float | None

@@ -232,11 +232,11 @@ def _rms_95(by: Array, covariance: Array, apart: Points) -> float:
 def sigma_report(
     fit: Fit,
     region: Region,
-    hat_mm: float,
+    robot_top_mm: float,
     height_is_known: bool,
     stand_in: RayCamera | None = None,
 ) -> SigmaReport | None:
-    """Median and largest expected error at the carpet, and under "hat" at hat height where there are rays.
+    """Median and largest expected error at the carpet, and under "hat" at robot-top height where there are rays.
 
     "known" under "hat": whether that is a figure and no guess. height_is_known: of the camera above the carpet.
     stand_in: as in expected_error().
@@ -245,14 +245,14 @@ def sigma_report(
         return None
     report = expected_error(fit, region, stand_in=stand_in).to_json()
     if isinstance(fit.model, RayModel):
-        hat: ErrorFigures = expected_error(fit, region, hat_mm, stand_in=stand_in).to_json()
+        hat: ErrorFigures = expected_error(fit, region, robot_top_mm, stand_in=stand_in).to_json()
         hat["known"] = tops_are_known(hat["rms"], height_is_known)
         report["hat"] = hat
     return report
 
 
 def reach_warnings(model: CameraModel, region: Region, hat_height_mm: float) -> list[Warning]:
-    """Warn where the lens ends at or before a place of the region, on the carpet or at hat height, in the picture."""
+    """Warn where the lens ends at or before a place of the region in the picture, on the carpet or at robot tops."""
     if not isinstance(model, RayCamera):
         return []
     flat = grid_over(region).reshape(-1, 2)

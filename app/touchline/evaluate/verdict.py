@@ -122,13 +122,13 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
     """Return {"mm", "level", "sentence"}. The worst of the held-out figures and the expected error counts.
 
     Where a lens knows its error, points left out count only where they contradict it. What a freer lens places
-    elsewhere is a part of the length where it is more than a good one may be off. The expected error at hat height is
-    no part of the length, which is one on the carpet, but it caps the level.
+    elsewhere is a part of the length where it is more than a good one may be off. The expected error at robot-top
+    height is no part of the length, which is one on the carpet, but it caps the level.
     """
     sigma, cv_mm = known.sigma, known.cv_mm
     expected, expected_95 = (sigma["rms"], sigma["rms_95"]) if sigma else (None, 0.0)
     hat = sigma.get("hat") if sigma else None
-    hat_mm, hat_95_mm = (hat["rms"], hat["rms_95"]) if hat else (0.0, 0.0)
+    robot_top_mm, robot_top_95_mm = (hat["rms"], hat["rms_95"]) if hat else (0.0, 0.0)
     if (
         known.is_physical
         and expected is not None
@@ -194,14 +194,14 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
         )
     on_carpet = level_likely(mm, expected_95)
     level: Level = "good" if known.reaches else "fair"
-    level = worst_level(on_carpet, level_of(hat_95_mm / SURE), level)
+    level = worst_level(on_carpet, level_of(robot_top_95_mm / SURE), level)
     told_level, doubt = level, known.doubt
     words = _judgement(level, known)
     if doubt is not None and LEVELS.index(doubt.level) >= LEVELS.index(level):
         told_level, level, words = doubt.level, on_carpet, _doubted(doubt)
-    if hat and hat_mm > mm and hat_95_mm / SURE > GOOD_MM:
+    if hat and robot_top_mm > mm and robot_top_95_mm / SURE > GOOD_MM:
         words = _with_robot_tops(
-            words, level, on_carpet, hat_mm if hat.get("known", True) else None
+            words, level, on_carpet, robot_top_mm if hat.get("known", True) else None
         )
     if doubt is not None and doubt.scale_mm > mm:
         mm = doubt.scale_mm
@@ -285,11 +285,11 @@ def _judgement(level: Level, known: FitAccuracy) -> Sentence:
 
 
 def _with_robot_tops(
-    words: Sentence, level: Level, on_carpet: Level, hat_mm: float | None
+    words: Sentence, level: Level, on_carpet: Level, robot_top_mm: float | None
 ) -> Sentence:
     """Say how far robot tops are off, or that it is not known, and that the carpet is better where it is."""
     if level == on_carpet:
-        if hat_mm is None:
+        if robot_top_mm is None:
             return join(
                 words,
                 say(
@@ -299,14 +299,16 @@ def _with_robot_tops(
             )
         return join(
             words,
-            say("verdict.robot-tops", "Robot tops may be off by about {mm:.0f} mm.", mm=hat_mm),
+            say(
+                "verdict.robot-tops", "Robot tops may be off by about {mm:.0f} mm.", mm=robot_top_mm
+            ),
         )
     begin = (
         say("verdict.usable-only", "Usable.")
         if level == "fair"
         else say("verdict.inaccurate-only", "Not accurate enough for matches.")
     )
-    if hat_mm is None:
+    if robot_top_mm is None:
         return join(
             begin,
             say(
@@ -326,12 +328,12 @@ def _with_robot_tops(
         say(
             "verdict.accurate-but-robot-tops",
             "Accurate on the carpet, but robot tops may be off by about {mm:.0f} mm.",
-            mm=hat_mm,
+            mm=robot_top_mm,
         )
         if on_carpet == "good"
         else say(
             "verdict.usable-but-robot-tops",
             "Usable on the carpet, but robot tops may be off by about {mm:.0f} mm.",
-            mm=hat_mm,
+            mm=robot_top_mm,
         ),
     )

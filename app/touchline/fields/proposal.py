@@ -58,7 +58,7 @@ MAX_ROUNDS, SAME_STRETCH = 3, 0.002  # of a ratio from a circle: with it the cam
 MIN_BENT_MM = 6.0  # rms about a line, from which on a chain is bent
 MIN_PLACES, MIN_RADIUS_MM = 12, 100.0
 CIRCLE_SHARE = 0.8  # of half the field: a circle about its middle is within
-MAX_OFF_CIRCLE_MM, SURELY_ON_CIRCLE_MM = 25.0, 15.0
+MAX_OFF_CIRCLE_MM, MAX_SURE_CIRCLE_MM = 25.0, 15.0
 # of a circle: a chain's, and of all together the share
 ANGLE_STEP_DEG, MIN_FIRST_DEG, MIN_CIRCLE_SEEN = 5, 60, 0.35
 MAX_OFF_CENTRE_MM = 120.0
@@ -250,7 +250,7 @@ def _ellipse_from(first: Points, bent: Points) -> tuple[float, float] | None:
         if len(on_circle) < MIN_PLACES:
             return None
         centre, axes = _fitted_ellipse(on_circle)
-    on_circle = bent[_ellipse_distance_mm(bent, centre, axes) < SURELY_ON_CIRCLE_MM]
+    on_circle = bent[_ellipse_distance_mm(bent, centre, axes) < MAX_SURE_CIRCLE_MM]
     share = len(np.unique(_angle_steps(on_circle - centre))) * ANGLE_STEP_DEG / 360
     stretch = float(axes[0] / axes[1])
     is_circle = (

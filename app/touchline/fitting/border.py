@@ -93,8 +93,8 @@ def fit_curve(
     # an outlier is not in the fit: its residual is held out already
     held_out = value - curve(position)
     held_out[inliers] = _held_out(solved)
-    twin = np.searchsorted(once, same)
-    return CurveFit(curve, inliers[twin], whole[1] - curve(whole[0]), held_out[twin], reason)
+    place = np.searchsorted(once, same)
+    return CurveFit(curve, inliers[place], whole[1] - curve(whole[0]), held_out[place], reason)
 
 
 def _check_points(position: Array, value: Array, degree: Degree, border: str | None) -> None:

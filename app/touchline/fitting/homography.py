@@ -221,7 +221,7 @@ def _initial_parameters(
     if refusal is not None and not views:
         raise refusal
     best = min(views, key=lambda view: float(np.sum(np.minimum(misses(view), SUSPECT_PX))))
-    return HomographyParameters.seeing(
+    return HomographyParameters.of_camera(
         np.asarray(np.linalg.inv(best), np.float64), region, len(problem.offset_names)
     )
 

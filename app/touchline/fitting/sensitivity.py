@@ -32,7 +32,7 @@ class HomographyParameters:
     lens_names: ClassVar[tuple[str, ...]] = ()  # there is no lens
 
     @classmethod
-    def seeing(cls, raw_from_field: Array, region: Region, lines: int = 0) -> Self:
+    def of_camera(cls, raw_from_field: Array, region: Region, lines: int = 0) -> Self:
         (x0, x1), (y0, y1) = region.x_mm, region.y_mm
         length = max(x1 - x0, y1 - y0) / 2
         unit = np.array([[1, 0, -(x0 + x1) / 2], [0, 1, -(y0 + y1) / 2], [0, 0, length]]) / length
@@ -41,7 +41,7 @@ class HomographyParameters:
 
     @classmethod
     def of(cls, model: Homography) -> Self:
-        return cls.seeing(model.raw_from_field, model.region)
+        return cls.of_camera(model.raw_from_field, model.region)
 
     def parameters(self) -> dict[str, Any]:
         """Return the fields of a Homography that a fit finds."""

@@ -63,7 +63,7 @@ FORMER_NAMES = {
 MAX_QUEUED = 100
 MAX_QUEUED_EACH = 20  # of one name: more would wait for so long that nobody waits for them
 
-KEPT_S = 3600.0
+READABLE_S = 3600.0
 MEMORY_BYTES = 2 << 30
 
 
@@ -182,7 +182,7 @@ class JobEngine:
         engine: str = "local",
         wall_s: float = 600.0,
         kept: int = 100,
-        kept_s: float = KEPT_S,
+        kept_s: float = READABLE_S,
         memory_bytes: int = MEMORY_BYTES,
         functions: Mapping[str, str] | None = None,
         result_savers: dict[str, ResultSaver] | None = None,

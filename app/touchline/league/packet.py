@@ -214,20 +214,20 @@ def published_cameras(
     field = fields[name].to_json() if name is not None and name in fields else None
     cameras: list[PublishedCamera] = []
     for calibration in calibrations:
-        made = fit_camera(calibration)
-        if isinstance(made, TouchlineError):
+        fitted = fit_camera(calibration)
+        if isinstance(fitted, TouchlineError):
             cameras.append(
                 PublishedCamera(
-                    calibration, config.numbers.get(calibration.camera or "", 0), None, made
+                    calibration, config.numbers.get(calibration.camera or "", 0), None, fitted
                 )
             )
             continue
         one = PublishedCamera(
-            calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made
+            calibration, config.numbers.get(calibration.camera or "", fitted.sent.camera_id), fitted
         )
         cameras.append(
             replace(
-                one, problem=_reason_left_out(one, made.judged_mm, cameras, config, name, field)
+                one, problem=_reason_left_out(one, fitted.judged_mm, cameras, config, name, field)
             )
         )
     return tuple(cameras)
@@ -313,16 +313,16 @@ def _reason_left_out(
             FIELD_CHANGED_FIX,
             reason="field-changed",
         )
-    twin = next(
+    same_number = next(
         (other for other in before if other.sent is not None and other.number == one.number), None
     )
-    if twin is not None:
+    if same_number is not None:
         return Conflict(
             say(
                 "publishing.number-taken",
                 "{camera} and {other} both have camera number {number}.",
                 camera=name,
-                other=twin.name,
+                other=same_number.name,
                 number=one.number,
             ),
             say("publishing.another-number", "Give {camera} another number.", camera=name),

@@ -149,32 +149,32 @@ def packet_camera(calibration: Calibration) -> PacketCamera | TouchlineError:
 
 def _nearest_packet_camera(calibration: Calibration) -> PacketCamera:
     model, field, region = Restored.of(calibration)
-    hat_mm = field.hat_height_mm
+    robot_top_mm = field.hat_height_mm
     fit = _determined_fit(calibration, model, region)
     source = model if fit is None else fit.model
     camera = exact_camera(source, SSL_VISION.lenses, SSL_VISION.square_pixels)
     is_exact = camera is not None and source is model
     if camera is None:
         camera, _ = nearest_camera(
-            source, tuple(SSL_VISION.lenses.items()), SSL_VISION.square_pixels, region, hat_mm
+            source, tuple(SSL_VISION.lenses.items()), SSL_VISION.square_pixels, region, robot_top_mm
         )
     sent = camera_to_wire(camera, camera_number(field, region))
 
     # What teams have is what they decode: the error is that of the camera after rounding to four bytes.
     decoded = camera_from_wire(decode(SSL_GeometryCameraCalibration, encode(sent)), field)
     received = decoded.camera({name: getattr(camera, name) for name in RECTANGLE_FIELDS})
-    loss = approximation_error(model, received, region, hat_mm)
+    loss = approximation_error(model, received, region, robot_top_mm)
     expected = None
     if fit is not None:
         is_height_known = _height_is_known(calibration, fit, model, field, region)
-        expected = sigma_report(fit, region, hat_mm, is_height_known, stand_in=received)
+        expected = sigma_report(fit, region, robot_top_mm, is_height_known, stand_in=received)
     return PacketCamera(
         sent,
         loss,
         is_exact,
         expected,
         fit=calibration.report.get("sigma_mm"),
-        ignored_px=_error_without_negative_term_px(received, region, hat_mm),
+        ignored_px=_error_without_negative_term_px(received, region, robot_top_mm),
         own_level=_own_level(calibration) if source is model else "good",
     )
 

@@ -49,21 +49,21 @@ class AsyncProcess:
             reader, writer = await asyncio.open_connection(sock=line, limit=READ_BYTES)
         except OSError:
             raise _unavailable(cls.CANNOT_START) from None
-        made = cls(process, reader, writer)
+        child = cls(process, reader, writer)
         try:
-            made.send(START, arguments)
+            child.send(START, arguments)
             async with asyncio.timeout(cls.START_S):
-                message = await made.receive()
+                message = await child.receive()
             if message.kind != START:
                 raise ConnectionResetError
-            made.start_head, _ = decode_body(message.body)
+            child.start_head, _ = decode_body(message.body)
         except (TimeoutError, OSError, asyncio.IncompleteReadError):
-            await made.end()
+            await child.end()
             raise _unavailable(cls.NOT_READY) from None
         except BaseException:
-            await made.end()
+            await child.end()
             raise
-        return made
+        return child
 
     @property
     def pid(self) -> int:

@@ -205,19 +205,21 @@ def _next_click(report: Mapping[str, Any]) -> JsonObject | None:
 
 
 def uncertainty(calibration: Calibration, restored: Restored) -> JsonObject:
-    """Expected error on the carpet and at hat height over the report's own grid, each {"map"} or {"map": None, "why",
-    "fix"}."""
-    model, hat_mm = restored.model, restored.field.hat_height_mm
+    """Return the expected error on the carpet and at robot tops, over the report's own grid.
+
+    Each is {"map"} or {"map": None, "why", "fix"}.
+    """
+    model, robot_top_mm = restored.model, restored.field.hat_height_mm
     carpet = _map(calibration, restored, 0.0)
     if isinstance(model, RayModel):
-        return {"carpet": carpet, "hat": _map(calibration, restored, hat_mm)}
+        return {"carpet": carpet, "hat": _map(calibration, restored, robot_top_mm)}
     return {
         "carpet": carpet,
         "hat": {
             "map": None,
-            "z_mm": hat_mm,
+            "z_mm": robot_top_mm,
             "why": f"This model ({model.TITLE}) is valid only "
-            f"on the carpet. Positions at robot-top height ({hat_mm:g} mm) are unknown.",
+            f"on the carpet. Positions at robot-top height ({robot_top_mm:g} mm) are unknown.",
             "fix": "Use a physical lens model if robot positions matter.",
         },
     }

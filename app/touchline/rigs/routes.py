@@ -275,7 +275,7 @@ async def check_rig(
     request: Request, services: ServicesDep, name: Id, body: RigCheck, job: AsJob = False
 ) -> Response:
     """Compare its cameras where two see the same carpet: mm map, largest, mean, p95, max, there and at
-    hat height; the fundamental matrix of each pair; and what to do, in plain words.
+    robot-top height; the fundamental matrix of each pair; and what to do, in plain words.
 
     By matches and the field's lines in pictures, else by the calibrations' own clicks.
     """

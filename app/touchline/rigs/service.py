@@ -67,7 +67,7 @@ class OutdatedCheck(Stated):
 
 
 class NewestCheck(TypedDict):
-    """p95_mm: on the carpet or at hat height, whichever is more, of the two cameras that are farthest apart; null where
+    """p95_mm: on the carpet or at robot tops, whichever is more, of the two cameras that are farthest apart; null where
     none could be compared."""
 
     at: str

@@ -452,7 +452,7 @@ def common_scale_mm(cameras: list[SceneCamera]) -> float | None:
     is_known = any(
         isinstance(surface, ErrorSurface)
         for camera in cameras
-        for surface in (camera.carpet_error, camera.hat_error)
+        for surface in (camera.carpet_error, camera.robot_top_error)
     )
     return TICKS[-1] if is_known else None
 
@@ -470,6 +470,6 @@ def draw_error_surfaces(
                 scene, f"{name}/{which}", surface.picture(top_mm), surface.quad, SURFACE_ABOVE_MM
             )
         ]
-        for which, surface in (("carpet", camera.carpet_error), ("hat", camera.hat_error))
+        for which, surface in (("carpet", camera.carpet_error), ("hat", camera.robot_top_error))
         if isinstance(surface, ErrorSurface)
     }

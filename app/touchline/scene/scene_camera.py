@@ -179,7 +179,7 @@ class SceneCamera:
         return error_surface(self.model, self.calibration.covariance, self.region, 0.0)
 
     @cached_property
-    def hat_error(self) -> ErrorSurface | TouchlineError:
+    def robot_top_error(self) -> ErrorSurface | TouchlineError:
         return error_surface(
             self.model, self.calibration.covariance, self.region, self.field.hat_height_mm
         )
@@ -207,7 +207,7 @@ class SceneCamera:
 
     def to_json(self) -> JsonObject:
         """Return what the page shows beside the scene."""
-        frustum, (carpet, hat) = self.frustum, (self.carpet_error, self.hat_error)
+        frustum, (carpet, hat) = self.frustum, (self.carpet_error, self.robot_top_error)
         why_no_frustum, why_cropped = None, None
         if frustum is None:
             why_no_frustum = say(
@@ -275,9 +275,9 @@ def describe_place(place_mm: ArrayLike, cameras: Sequence[SceneCamera]) -> JsonO
 
 
 def _describe_in_camera(place: Points, camera: SceneCamera) -> JsonObject:
-    pixel, hat_mm = raw_from_field(camera.model, place), camera.field.hat_height_mm
+    pixel, robot_top_mm = raw_from_field(camera.model, place), camera.field.hat_height_mm
     hat_pixel = (
-        camera.frustum.model.project(np.array([*place, hat_mm]))
+        camera.frustum.model.project(np.array([*place, robot_top_mm]))
         if camera.frustum
         else np.full(2, np.nan)
     )
@@ -290,7 +290,7 @@ def _describe_in_camera(place: Points, camera: SceneCamera) -> JsonObject:
         "inside": bool(inside_picture(pixel, camera.model.image_size)),
         "hat_pixel": hat_pixel.tolist() if np.isfinite(hat_pixel).all() else None,
         "sigma_mm": _expected_error_mm(camera, place, 0.0),
-        "hat_sigma_mm": _expected_error_mm(camera, place, hat_mm),
+        "hat_sigma_mm": _expected_error_mm(camera, place, robot_top_mm),
     }
 
 

@@ -1,6 +1,6 @@
 """Shapes to scale: a field's carpet, lines, arcs and goals as meshes, and level rectangles that carry a picture.
 
-Expected error over a region is such a picture, on the carpet or at hat height.
+Expected error over a region is such a picture, on the carpet or at robot-top height.
 """
 
 from dataclasses import dataclass

@@ -84,12 +84,12 @@ def import_file(
         return store.calibrations.add(mine, by).to_json(), "calibrations"
     if interchange.is_lens(content):
         return store.lenses.add(interchange.lens_record_from_file(content, options)), "lenses"
-    made = interchange.calibration_from_file(content, options, services.fields)
+    imported = interchange.calibration_from_file(content, options, services.fields)
     # that of a packet: without it, the calibration is of no use
-    if made.field["name"] not in services.fields:
-        save_field(services, made.field["name"], dict(made.field), None, new=True)
+    if imported.field["name"] not in services.fields:
+        save_field(services, imported.field["name"], dict(imported.field), None, new=True)
     return store.calibrations.add(
-        replace(made, note=f"{made.note} {origin}".strip()), by
+        replace(imported, note=f"{imported.note} {origin}".strip()), by
     ).to_json(), "calibrations"
 
 

@@ -38,7 +38,7 @@ from touchline.store.repository import Clock, utc_now
 log = logging.getLogger("touchline")
 UNFINISHED = ".unfinished.tmp"
 NAME = re.compile(r"(?P<changes>[0-9]{12})\.(?P<hour>[0-9-]{10}T[0-9]{2})\.db")
-KEPT = {"copy": 12, "hour": 24, "day": 14, "week": 8}  # at most, of each the newest
+MAX_KEPT = {"copy": 12, "hour": 24, "day": 14, "week": 8}  # at most, of each the newest
 MAX_COPIES = 6  # of a large database together, by the newest's size
 SMALL_BYTES = 100 * MB  # for all of a small one
 PAUSE_FACTOR = 9  # pauses nine times as long as the last copy took
@@ -202,13 +202,13 @@ def _by_worth(backups: Sequence[Backup]) -> Iterator[Backup]:
 
     So few copies reach far back, and what is to be the last of its day was the last of its hour before.
     """
-    newest: dict[str, dict[object, Backup]] = {kind: {} for kind in KEPT}
+    newest: dict[str, dict[object, Backup]] = {kind: {} for kind in MAX_KEPT}
     for backup in backups:
         began = datetime.strptime(backup.hour, "%Y-%m-%dT%H")
         for kind, label in zip(
-            KEPT, (backup, began, began.date(), began.isocalendar()[:2]), strict=True
+            MAX_KEPT, (backup, began, began.date(), began.isocalendar()[:2]), strict=True
         ):
             newest[kind].setdefault(label, backup)
-    columns = [list(newest[kind].values())[:count] for kind, count in KEPT.items()]
+    columns = [list(newest[kind].values())[:count] for kind, count in MAX_KEPT.items()]
     for row in zip_longest(*columns):
         yield from (backup for backup in row if backup is not None)

@@ -202,9 +202,9 @@ class Database:
         try:
             yield
         except (DBAPIError, sqlite3.Error) as error:
-            told = self._error(what, error)
-            self.failures.note(told)
-            raise told from error
+            refusal = self._error(what, error)
+            self.failures.note(refusal)
+            raise refusal from error
         except NoConnection:
             raise Busy(
                 say("database.overloaded", "The database is overloaded."), TRY_AGAIN

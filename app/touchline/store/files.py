@@ -58,7 +58,7 @@ CHECK_DISK = say(
 )
 UPLOAD_AGAIN = say("file.upload-again", "Upload it again.")
 
-TOLD_S = 300.0  # longer than any page waits between two looks at the list of problems
+SHOWN_S = 300.0  # longer than any page waits between two looks at the list of problems
 DAMAGED = "database-damaged"  # told until another database is in its place
 
 MB = 1_000_000
@@ -241,7 +241,7 @@ class RecentFailures:
 
     def warnings(self) -> tuple[Warning, ...]:
         """Return what an operator should know: each failure until some minutes have passed without another."""
-        since_s = monotonic() - TOLD_S
+        since_s = monotonic() - SHOWN_S
         return tuple(
             Warning(reason, error.what, error.fix)
             for reason, (at_s, error) in list(self._last.items())

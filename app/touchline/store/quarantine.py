@@ -43,7 +43,7 @@ MISSING = "missing"  # kind of what is not damaged but gone
 COMPANIONS = (NOTE, *ENDINGS)  # endings of files that belong to a damaged one
 
 FOLDER = "replaced"
-KEPT = 3
+MAX_KEPT = 3
 UNFINISHED = ".unfinished.tmp"
 log = logging.getLogger("touchline")
 
@@ -257,7 +257,7 @@ class Replaced:
 
     def thin(self) -> None:
         """Remove all but the newest; one that cannot be removed stays."""
-        for old in self._all()[KEPT:]:
+        for old in self._all()[MAX_KEPT:]:
             shutil.rmtree(old, ignore_errors=True)
 
     def files(self) -> list[str]:

@@ -157,9 +157,9 @@ class SnapshotRepository(Repository):
         except OSError as error:
             if self._quarantine.has(self._pictures.name, path.name):
                 raise DamagedFile(Damage(self._pictures.name, path.name)) from None
-            told = cannot_read("the image", error)
-            self._database.failures.note(told)
-            raise told from None
+            refusal = cannot_read("the image", error)
+            self._database.failures.note(refusal)
+            raise refusal from None
         if hashlib.sha256(data).hexdigest() != snapshot.sha256:
             raise self._quarantine.move(path, "its checksum is wrong")
         return data

@@ -86,7 +86,7 @@ def _size(path: Path) -> int:
 
 
 log = logging.getLogger("touchline")
-Made = TypeVar("Made")
+Saved = TypeVar("Saved")
 
 
 class Store:
@@ -183,12 +183,12 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def repository(self, kind: Callable[[StoreContext], Made]) -> Made:
+    def repository(self, kind: Callable[[StoreContext], Saved]) -> Saved:
         """Return what a capability saves here: kind(context), made when it is first asked for."""
-        made: Made | None = self._repositories.get(kind)
+        saved: Saved | None = self._repositories.get(kind)
         # No lock: the event loop asks too. Of two that are made at once, both callers get the first.
         return (
-            made if made is not None else self._repositories.setdefault(kind, kind(self._context))
+            saved if saved is not None else self._repositories.setdefault(kind, kind(self._context))
         )
 
     def archive(self, fields: Path | None = None, *, passwords: bool = False) -> Iterator[bytes]:

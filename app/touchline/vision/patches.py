@@ -23,16 +23,17 @@ GROUND_PX = 3.5  # bare ground on either side of the line that takes part
 WIDEST_PX = 40.0  # of a line; of a wider one only the middle part would be looked at
 # σ by which a picture may be softer than before, or sharper
 SOFTER_PX = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0)
-NEAR_PX = 1.2  # what four numbers can tell; further away the line has to be looked for first
-EXPLAINED = 0.75  # of what is not ground and slope, a place that still shows its line explains
-CONTRAST = (0.3, 3.0)  # of the usual: more or less, and something lies on the line
+MAX_OFFSET_PX = 1.2  # what four numbers can tell; further away the line has to be looked for first
+# of what is not ground and slope, a place that still shows its line explains
+MIN_EXPLAINED_SHARE = 0.75
+CONTRAST_RATIOS = (0.3, 3.0)  # of the usual: more or less, and something lies on the line
 # no place is believed more exactly: grain and compression differ from one to the next
-SYSTEMATIC_PX = 0.02
+MIN_SIGMA_PX = 0.02
 MIN_LEVELS = 3.0  # grey levels
-SURELY_SOFTER = 0.7  # of what is left unexplained
-GLANCED_PX = (1.0, -1.0)  # what tells whether the rest is worth a look
-BARE = 0.12  # of the line's contrast
-ALIKE = 0.4  # of the ground's level, which the light may have changed
+MAX_LEFT_SHARE = 0.7  # of what is left unexplained
+FIRST_TRIED_PX = (1.0, -1.0)  # what tells whether the rest is worth a look
+MAX_BARE_CONTRAST = 0.12  # of the line's contrast
+MAX_LEVEL_SHARE = 0.4  # of the ground's level, which the light may have changed
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,16 +122,16 @@ class LinePatches:
             px = moved / safe
             sigma = np.sqrt(rest / freedom * inverse[:, 3, 3]) / scale[:, 0, 3] / safe
             left = rest / np.maximum(shape, 1e-9)
-            clear = (left < 1 - EXPLAINED) & np.isfinite(safe)
+            clear = (left < 1 - MIN_EXPLAINED_SHARE) & np.isfinite(safe)
             usual = float(np.median(safe[clear])) if clear.any() else 1.0
             found = (
                 clear
-                & (np.abs(px) < NEAR_PX)
-                & (gain > CONTRAST[0] * usual)
-                & (gain < CONTRAST[1] * usual)
+                & (np.abs(px) < MAX_OFFSET_PX)
+                & (gain > CONTRAST_RATIOS[0] * usual)
+                & (gain < CONTRAST_RATIOS[1] * usual)
                 & (gain * self.contrast > MIN_LEVELS)
             )
-        return LineShifts(px, np.hypot(sigma, SYSTEMATIC_PX), found, gain, left)
+        return LineShifts(px, np.hypot(sigma, MIN_SIGMA_PX), found, gain, left)
 
     def softness(self, rows: NDArray[np.float64], found: NDArray[np.bool_]) -> float:
         """The σ px by which these rows are softer than they were (negative: sharper); 0 where that explains no more."""
@@ -140,8 +141,8 @@ class LinePatches:
         def left(level: float) -> float:
             return float(np.median(self.offsets(rows, level).left[found]))
 
-        best = min((0.0, *GLANCED_PX), key=left)
-        if best == 0 or left(best) > SURELY_SOFTER * left(0.0):
+        best = min((0.0, *FIRST_TRIED_PX), key=left)
+        if best == 0 or left(best) > MAX_LEFT_SHARE * left(0.0):
             return 0.0
         return min((s for s in (*SOFTER_PX, *(-s for s in SOFTER_PX)) if s * best > 0), key=left)
 
@@ -151,7 +152,9 @@ class LinePatches:
         level = (rows * self.weight).sum(axis=1) / total
         spread = np.sqrt(((rows - level[:, None]) ** 2 * self.weight).sum(axis=1) / total)
         ground = np.percentile(self.rows, 20, axis=1)
-        return (spread < BARE * self.contrast) & (np.abs(level - ground) < ALIKE * ground)
+        return (spread < MAX_BARE_CONTRAST * self.contrast) & (
+            np.abs(level - ground) < MAX_LEVEL_SHARE * ground
+        )
 
 
 def _window(width_px: NDArray) -> tuple[NDArray, NDArray, NDArray]:

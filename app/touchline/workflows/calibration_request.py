@@ -306,7 +306,7 @@ def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
     spec["rectangles"]: options that replace its own. spec["field"]: the field as it is now, None for that of each; what
     was clicked on markings that it has no more is left out.
     """
-    made = []
+    records = []
     for number, one in enumerate(spec["calibrations"]):
         before = Calibration.from_json(one)
         share = subprogress(
@@ -326,8 +326,8 @@ def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
                 reason="no-observations",
             )
         request = _request(before, spec["rectangles"], spec.get("field"))
-        made.append(request.record(request.run(share), parent=before.id).to_json())
-    return {"made": made}
+        records.append(request.record(request.run(share), parent=before.id).to_json())
+    return {"made": records}
 
 
 def _request(before: Calibration, rectangles: dict[str, Any], field: Any) -> CalibrationRequest:

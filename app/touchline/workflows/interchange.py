@@ -266,12 +266,12 @@ def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field
     if options.field is not None:
         return _known(fields, options.field)
     if found.field is not None:
-        heard = field_from_wire(field_to_wire(found.field), fields.values())
-        free = (name for n in count(2) if (name := f"{heard.name}-{n}") not in fields)
+        received = field_from_wire(field_to_wire(found.field), fields.values())
+        free = (name for n in count(2) if (name := f"{received.name}-{n}") not in fields)
         return (
-            heard
-            if heard.name not in fields or fields[heard.name] is heard
-            else replace(heard, name=next(free))
+            received
+            if received.name not in fields or fields[received.name] is received
+            else replace(received, name=next(free))
         )
     if found.metadata.field is None:
         raise BadInput(

@@ -78,7 +78,7 @@ def compare(
         part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}:")
         try:
             refuse_removed(name)
-            made = calibrate(
+            result = calibrate(
                 observations,
                 field,
                 region,
@@ -91,7 +91,9 @@ def compare(
         except FitFailed as refusal:
             failed.append({**refusal.to_json(), "model": name, "title": title})
             continue
-        fitted.append(FittedModel(name, title, made.fit, made.report, parameter_count(made.fit)))
+        fitted.append(
+            FittedModel(name, title, result.fit, result.report, parameter_count(result.fit))
+        )
     if not fitted:
         raise FitFailed(
             say("models.none-fits", "No model could be fitted to these points."),
@@ -119,12 +121,12 @@ def calibrate_recommended(
     ranked = compare(observations, field, region, image_size, None, options, progress)
     found = ranked.ranking
     wanted = (found["recommended"] or "", *chain(*LADDER), *ranked.calibrations)
-    made = next(ranked.calibrations[name] for name in wanted if name in ranked.calibrations)
+    result = next(ranked.calibrations[name] for name in wanted if name in ranked.calibrations)
     choice = ModelChoice(
         recommended=found["recommended"], reason=found["reason"], ranking=found["ranking"]
     )
-    report: SavedReport = {**made.report, "model_choice": choice}
-    return replace(made, report=report)
+    report: SavedReport = {**result.report, "model_choice": choice}
+    return replace(result, report=report)
 
 
 def calibrate_most_probable(

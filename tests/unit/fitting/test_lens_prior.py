@@ -19,7 +19,7 @@ from tests.support.operator import (
 from tests.support.tiers import long
 from touchline.boards.fit import fit_board
 from touchline.core.errors import BadInput
-from touchline.core.field import HAT_MM
+from touchline.core.field import ROBOT_TOP_MM
 from touchline.core.geometry import ImageSize
 from touchline.evaluate.uncertainty import expected_error, grid_over
 from touchline.fitting.ray_camera.lens_prior import (
@@ -61,7 +61,7 @@ def test_a_lens_from_a_board_replaces_the_tape(board_lens, sigma):
         for seed in range(4)
     ]
     told = [
-        expected_error(fitted(CAMERA, seed, tape=False, **more), REGION, HAT_MM).rms
+        expected_error(fitted(CAMERA, seed, tape=False, **more), REGION, ROBOT_TOP_MM).rms
         for more in (option(board_lens, sigma), {})
         for seed in range(4)
     ]
@@ -102,7 +102,7 @@ def test_terms_that_straight_lines_told_stay_where_the_options_name_fewer():
 def test_the_lenss_own_error_is_in_the_expected_one(board_lens):
     region = true_camera(CAMERA).region
     fast, own = (
-        expected_error(fitted(CAMERA, 0, **option(board_lens, s)), region, HAT_MM).rms
+        expected_error(fitted(CAMERA, 0, **option(board_lens, s)), region, ROBOT_TOP_MM).rms
         for s in ("0", "own")
     )
     assert fast < own < 10 * fast
@@ -229,7 +229,7 @@ def test_a_lens_calibrated_at_one_pose_is_held_at_another_with_an_honest_error(
             here, 1000 + seed, tape=False, **taken_over(fitted(there, seed, terms=terms, **centre))
         )
         seen.append(carpet_and_hat_mm(fit, here))
-        told.append([expected_error(fit, REGION, z, places).rms for z in (0.0, HAT_MM)])
+        told.append([expected_error(fit, REGION, z, places).rms for z in (0.0, ROBOT_TOP_MM)])
     seen, told = (np.sqrt(np.mean(np.square(x), axis=0)) for x in (seen, told))
     np.testing.assert_allclose(seen / told, 1, atol=within)
     assert seen[1] < hat_mm  # the clicks alone leave 9

@@ -21,7 +21,7 @@ from tests.support.operator import (
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
 from tests.support.tiers import long, rounds
 from touchline.core.errors import BadInput, FitFailed, TouchlineError
-from touchline.core.field import BORDERS, HAT_MM, Arc, Field
+from touchline.core.field import BORDERS, ROBOT_TOP_MM, Arc, Field
 from touchline.core.geometry import ImageSize
 from touchline.core.options import read_options
 from touchline.core.records import Observation
@@ -102,7 +102,7 @@ def test_straight_down_without_a_height_there_is_always_a_warning(lens, seed):
     assert "enter the camera height" in warnings[0].fix and "mm" in warnings[0].fix
     weak = weakest_direction(fit, REGION)
     assert {"focal length", "height"} <= set(weak.parts)
-    assert weak.taped_hat_mm < 7 < 14 < weak.hat_mm
+    assert weak.taped_robot_top_mm < 7 < 14 < weak.robot_top_mm
 
 
 def test_with_the_height_taped_there_is_none():
@@ -120,8 +120,8 @@ def test_points_at_a_known_height_cure_it_too():
     ]
     without, with_tops = (fitted(camera, 3, tape=False, extra=e) for e in ((), tuple(tops)))
     assert (
-        expected_error(with_tops, REGION, HAT_MM).rms
-        < 0.2 * expected_error(without, REGION, HAT_MM).rms
+        expected_error(with_tops, REGION, ROBOT_TOP_MM).rms
+        < 0.2 * expected_error(without, REGION, ROBOT_TOP_MM).rms
     )
     assert carpet_and_hat_mm(with_tops, camera)[1] < 4
 
@@ -287,7 +287,8 @@ def test_expected_error_is_the_observed_one(seeds, within):
     observed = np.sqrt(np.mean([np.square(carpet_and_hat_mm(f, camera)) for f in fits], axis=0))
     expected = np.sqrt(
         np.mean(
-            [[expected_error(f, REGION, z).rms ** 2 for z in (0.0, HAT_MM)] for f in fits], axis=0
+            [[expected_error(f, REGION, z).rms ** 2 for z in (0.0, ROBOT_TOP_MM)] for f in fits],
+            axis=0,
         )
     )
     np.testing.assert_allclose(observed, expected, rtol=within)
@@ -435,7 +436,7 @@ def test_hat_height_is_the_fields_own_everywhere_it_is_judged(hat_mm):
     (told,) = [w["text"] for w in made.report["warnings"] if w["reason"] == "height-unknown"]
     assert f"at robot-top height ({hat_mm:g} mm)" in told
     assert (
-        weakest_direction(made.fit, REGION, hat_mm).hat_mm
+        weakest_direction(made.fit, REGION, hat_mm).robot_top_mm
         == expected_error(made.fit, REGION, hat_mm).rms
     )
     ranked = model_choice.compare(

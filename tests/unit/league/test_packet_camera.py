@@ -29,7 +29,7 @@ from touchline.workflows.calibration_request import CalibrationRequest
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]
 SIZE = ImageSize(1224, 1024)
-HAT_MM = FIELD.hat_height_mm
+ROBOT_TOP_MM = FIELD.hat_height_mm
 LIMITS = {"good": 7.5, "fair": 22.5}
 
 
@@ -77,7 +77,7 @@ def received(calibration: Calibration):
 def test_its_expected_error_is_true_on_the_carpet_and_at_robot_tops(lens):
     packet, back = received(calibrated(lens, "brown-conrady"))
     told = json.loads(json.dumps(packet.to_json(), allow_nan=False))
-    for z_mm, figures in ((0.0, told["expected"]), (HAT_MM, told["expected"]["hat"])):
+    for z_mm, figures in ((0.0, told["expected"]), (ROBOT_TOP_MM, told["expected"]["hat"])):
         true = true_mm(lens, lambda raw, z=z_mm: back.unproject(raw, z), z_mm)
         assert 0.4 < true / figures["rms"] < 2, (z_mm, true, figures)
     assert told["expected"]["rms"] >= told["fit_expected"]["rms"] - 0.05
@@ -134,7 +134,7 @@ def test_both_programs_of_the_league_place_pixels_as_we_do(model):
     pixels = np.stack(
         np.meshgrid(np.linspace(20, 1200, 12), np.linspace(20, 1000, 10)), axis=-1
     ).reshape(-1, 2)
-    for z_mm in (0.0, HAT_MM):
+    for z_mm in (0.0, ROBOT_TOP_MM):
         ours = back.unproject(pixels, z_mm)
         near = np.abs(ours).max(axis=1) < 6000
         for rule in (ssl_vision_image2field, vision_processor_image2field):
@@ -191,7 +191,7 @@ def test_a_fisheye_that_sees_behind_what_a_packet_can_hold_is_sent_all_the_same(
         region,
         ImageSize(1440, 1080),
     )
-    found = approximate_camera(model, Ssl, ("a",), region, HAT_MM, square=True)
+    found = approximate_camera(model, Ssl, ("a",), region, ROBOT_TOP_MM, square=True)
     places = grid_over(region).reshape(-1, 2)
     pixels = model.project(np.column_stack([places, np.zeros(len(places))]))
     off = np.linalg.norm(found.unproject(pixels) - places, axis=1)

@@ -181,7 +181,7 @@ def test_the_sheet_is_the_expected_error_and_lies_on_its_region(standing, kept):
         - sheet.quad.down * sheet.quad.height_mm / 2
     )
     assert corner == pytest.approx(region.field_from_region(np.zeros(2)))
-    assert standing.hat_error.quad.z_mm == FIELD.hat_height_mm
+    assert standing.robot_top_error.quad.z_mm == FIELD.hat_height_mm
     picture = sheet.picture(5.0)
     assert picture.shape[2] == 4 and (picture[..., 3] > 0).all()
     holed = replace(sheet, sigma_mm=np.full_like(sheet.sigma_mm, np.nan))

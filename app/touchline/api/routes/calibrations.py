@@ -155,12 +155,12 @@ async def create_calibration(
     spec = {"task": task.to_json()}
     if not job and task.n_points <= FEW_POINTS:
         processes = services.comparisons if task.chooses else services.fits
-        made = await processes.run(
+        record_json = await processes.run(
             run_fit, spec, (await caller_of(request)).address, request.is_disconnected
         )
         return _created(
             await services.run_in_thread(
-                save_new_version, services.store, Calibration.from_json(json.loads(made)), by
+                save_new_version, services.store, Calibration.from_json(json.loads(record_json)), by
             )
         )
     return await finished_or_queued(
@@ -172,7 +172,7 @@ async def create_calibration(
         job,
         "calibration",
         {"by": by},
-        lambda made: _created(services.store.calibrations.get(made["calibration"])),
+        lambda record_json: _created(services.store.calibrations.get(record_json["calibration"])),
     )
 
 
@@ -235,7 +235,7 @@ def list_calibrations(
 def _brief(services: Services, version: FoundVersion) -> bytes:
     """Return the JSON of a version's brief form; made once, until it or a field has changed."""
 
-    def made() -> CachedAnswer:
+    def record_json() -> CachedAnswer:
         calibration = version.calibration
         report = {**calibration.report, "per_feature": []}
         report.pop("model_choice", None)
@@ -259,7 +259,7 @@ def _brief(services: Services, version: FoundVersion) -> bytes:
         )
 
     return services.answers.get_or_make(
-        (_brief, version.stamp, services.fields.revision), made
+        (_brief, version.stamp, services.fields.revision), record_json
     ).content
 
 

@@ -21,7 +21,7 @@ router = APIRouter(prefix="/jobs", tags=["jobs"])
 Jobs = page_of("Jobs", schemas.Job)
 
 T = TypeVar("T")
-MADE = ("calibration", "lens")
+SAVED_RECORDS = ("calibration", "lens")
 POLL_S = 0.1  # how often a watched job is looked at
 
 
@@ -71,7 +71,8 @@ async def stream_jobs(socket: WebSocket, services: ServicesDep) -> None:
         async for jobs in _changes(services.jobs, lambda jobs: jobs.all()):
             yield {
                 "items": [
-                    {**job_json(replace(job, result=None)), "made": _made_by(job)} for job in jobs
+                    {**job_json(replace(job, result=None)), "made": _saved_records(job)}
+                    for job in jobs
                 ]
             }
 
@@ -98,7 +99,7 @@ async def _changes(jobs: JobEngine, look: Callable[[JobEngine], T]) -> AsyncIter
         now = look(jobs)
 
 
-def _made_by(job: Job) -> dict[str, str]:
+def _saved_records(job: Job) -> dict[str, str]:
     """Return the ids of what it has made and saved, such as {"calibration": id}."""
     result = job.result if isinstance(job.result, dict) else {}
-    return {name: result[name] for name in MADE if isinstance(result.get(name), str)}
+    return {name: result[name] for name in SAVED_RECORDS if isinstance(result.get(name), str)}

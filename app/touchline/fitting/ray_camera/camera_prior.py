@@ -239,18 +239,22 @@ class HeightJson(TypedDict):
 class HeightCheck:
     """alone: the fit without the entered height; None where none was entered, or the points give no camera."""
 
-    told: HeightJson
+    figures: HeightJson
     alone: Result | None = None
 
     @property
     def is_contradicted(self) -> bool:
-        return self.told["state"] == "contradicted"
+        return self.figures["state"] == "contradicted"
 
     def warnings(self) -> list[Warning]:
         if not self.is_contradicted:
             return []
-        told = (self.told["points_mm"], self.told["points_sigma_mm"], self.told["entered_mm"])
-        points_m, sigma_m, entered_m = ((mm or 0.0) / 1000 for mm in told)
+        figures = (
+            self.figures["points_mm"],
+            self.figures["points_sigma_mm"],
+            self.figures["entered_mm"],
+        )
+        points_m, sigma_m, entered_m = ((mm or 0.0) / 1000 for mm in figures)
         return [
             Warning(
                 "height-contradicted",
@@ -286,7 +290,7 @@ def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]
                 state="estimated",
             )
         )
-    told = HeightJson(
+    figures = HeightJson(
         entered_mm=entered.value,
         entered_sigma_mm=entered.sigma,
         points_mm=None,
@@ -300,7 +304,7 @@ def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]
         alone = solve(task.with_prior("height", anywhere), found.minimum.state, settings)
         height, sigma = _height(alone)
     except FitFailed:
-        return HeightCheck(told)
+        return HeightCheck(figures)
     both = replace(alone.task, priors=(*alone.task.priors, entered))
     both.problem.places = np.empty(0)
     taped = minimum_near(
@@ -315,12 +319,12 @@ def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]
         float(np.sqrt(max(taped.cost - alone.minimum.cost, 0.0))),
         abs(height - entered.value) / spread,
     )
-    told |= {"points_mm": height, "points_sigma_mm": sigma, "sigmas": sigmas}
+    figures |= {"points_mm": height, "points_sigma_mm": sigma, "sigmas": sigmas}
     if sigmas > CONTRADICTED_SIGMAS:
-        told["state"] = "contradicted"
+        figures["state"] = "contradicted"
     elif CONTRADICTED_SIGMAS * spread <= CHECKED_SHARE * entered.value:
-        told["state"] = "agrees"
-    return HeightCheck(told, alone)
+        figures["state"] = "agrees"
+    return HeightCheck(figures, alone)
 
 
 def _height(found: Result) -> tuple[float, float]:

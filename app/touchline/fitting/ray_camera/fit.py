@@ -380,7 +380,7 @@ class RayFitter(Fitter):
             warnings += given_lens_warnings(free_lens, best, settings, image_size)
         task = fit_problem(state, *setup)
         height = check_height(task, best, settings)
-        notes["height"] = height.told
+        notes["height"] = height.figures
         warnings += height.warnings()
         other = (
             height.alone if height.is_contradicted else without_square_pixels(task, best, settings)

@@ -215,9 +215,9 @@ def _ball_layers(patch: Scene, ball: Ball) -> Iterator[Layer | None]:
 
 def in_steps(picture: NDArray, steps: float | Colour) -> NDArray[np.int16]:
     """Return a picture (height, width, 3) times so many, of each colour, as whole numbers."""
-    made = np.multiply(picture, np.asarray(steps, np.float32))
-    np.rint(made, out=made)
-    return np.clip(made, 0, np.iinfo(np.int16).max, out=made).astype(np.int16)
+    scaled = np.multiply(picture, np.asarray(steps, np.float32))
+    np.rint(scaled, out=scaled)
+    return np.clip(scaled, 0, np.iinfo(np.int16).max, out=scaled).astype(np.int16)
 
 
 class Canvas:
