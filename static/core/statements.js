@@ -41,8 +41,13 @@ function translate(it) {
   }
 }
 
-/** A statement in words; undefined where the language has none. @param {Statement} it @returns {string | undefined} */
+/**
+ * A statement in words; undefined where the language has none. Text without a code, such as a camera's name before what
+ * is said of it, is the same in every language.
+ * @param {Statement} it @returns {string | undefined}
+ */
 export function inWords(it) {
+  if (it?.code === undefined && it?.text !== undefined) return it.text;
   const code = String(it?.code),
     [family, ...id] = code.split(".");
   const called = NAMES.get(family)?.(id.join("."));

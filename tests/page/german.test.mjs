@@ -44,6 +44,14 @@ test("a statement that German has no words for stays as the server said it", () 
   assert.equal(translated(answer).text, "English.");
 });
 
+test("a name before a sentence stays as it is, and the sentence is German", () => {
+  const answer = translated({
+    text: "North: English.",
+    statements: { text: [{ text: "North:" }, { code: PLAIN }] },
+  });
+  assert.equal(answer.text, `North: ${statements[PLAIN]}`);
+});
+
 test("sentences of an answer are translated wherever they stand, a list one for each", () => {
   const words = statements[PLAIN];
   const answer = translated({

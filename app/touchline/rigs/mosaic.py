@@ -21,6 +21,7 @@ from touchline.core.field import Arc, Field, Line, Region
 from touchline.core.geometry import Array, ImageSize, Points, inside_picture
 from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import PointJson
+from touchline.core.statements import say
 from touchline.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
 from touchline.models import CameraModel, model_of, raw_from_field
 from touchline.rigs.rig import Rig
@@ -172,8 +173,11 @@ class Stitcher:
         """cameras: model, size of its raw picture, and the region that it shows first."""
         if not cameras:
             raise FitFailed(
-                "No camera of this rig has both a calibration and an image.",
-                "Calibrate the cameras and start their images.",
+                say(
+                    "rig.nothing-to-stitch",
+                    "No camera of this rig has both a calibration and an image.",
+                ),
+                say("rig.nothing-to-stitch.fix", "Calibrate the cameras and start their images."),
                 reason="nothing-to-stitch",
             )
         size = view.size

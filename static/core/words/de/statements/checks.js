@@ -100,6 +100,8 @@ export default {
   "rig.no-pair": "Keine zwei Kameras dieser Gruppe können verglichen werden.",
   "rig.no-pair.fix": "Kalibrieren Sie jede Kamera, und sorgen Sie dafür, dass sich die Bilder überlappen.",
   "rig.not-compared": "Mit keiner anderen Kamera verglichen: {cameras}.",
+  "rig.nothing-to-stitch": "Keine Kamera dieser Gruppe hat sowohl eine Kalibrierung als auch ein Bild.",
+  "rig.nothing-to-stitch.fix": "Kalibrieren Sie die Kameras, und starten Sie ihre Bilder.",
   "rig.one-camera.fix": "Der Fehler liegt bei {camera}: Die Feldlinien liegen {mm} neben ihrer kalibrierten Position. Kalibrieren Sie {camera} erneut.",
   "rig.one-direction": "Im größten Teil des gemeinsamen Bereichs ist das nur in einer Richtung bekannt, weil eine Linie keine Bewegung entlang ihrer selbst zeigt.",
   "rig.one-direction.fix": "Markieren Sie in beiden Bildern Linien, die sich kreuzen, oder fügen Sie Punktpaare hinzu.",
