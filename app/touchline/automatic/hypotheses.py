@@ -20,7 +20,7 @@ they come to is decided on the lines.
 
 Of each camera, the field's samples are projected through the roughly known bend. A sample in the picture finds its
 ridge if one runs the same way near by. Found over expected length says whether the drawing is there, found over seen
-length whether it is all that is there; a camera is worth their harmonic mean.
+length whether it is all that is there; the matching ranks a camera by the harmonic mean of both.
 """
 
 from dataclasses import dataclass
@@ -54,7 +54,9 @@ MAX_HYPOTHESES = 60_000
 THREE_LINE_FOCALS = np.geomspace(0.55, 9.0, 18)  # half diagonals
 MAX_THREE_LINE_LINES = 5  # the longest, of which three are picked
 MIN_CROSSING_DEPTH = 0.05  # of two lines' crossing, homogeneous: nearer 0 they all but run alike
-MIN_SINE = 0.5  # between the third line and the parallels, seen along the carpet
+# of the angle from the parallels to the plane through camera and third line: less, and that hardly says
+# which direction runs across them
+MIN_SINE = 0.5
 MIN_RAY_DEPTH = 0.02  # of a corner, for a distance of 1 between the two
 
 CORNER_BENDS = (0.0, -0.15, -0.3, -0.5, -0.75, 0.15)  # from none to a fisheye's, and a pincushion's
@@ -177,7 +179,7 @@ def three_line_hypotheses(
 
 
 def _field_squares(own: Array, other: Array, is_either_way: bool) -> list[Array]:
-    """Return corners (4, 2) mm of squares: along the third line, at level c, from level a to b, then on from c."""
+    """Return corners (4, 2) mm of squares with a side on the third line, at level c, from level a to b."""
     return [
         np.array([[a, c], [b, c], [b, c + side], [a, c + side]])
         for a in own
@@ -224,14 +226,14 @@ def _squares_of(one: Array, two: Array, third: Array) -> tuple[Array, Array]:
     # The crossing of two parallels in the picture is their vanishing point: its ray is their direction on the carpet.
     along_parallels = _unit(np.cross(one, two) * ray_scale)
     across = np.cross(_unit(third / ray_scale), along_parallels)
-    is_square = np.linalg.norm(across, axis=1) >= MIN_SINE
+    is_determined = np.linalg.norm(across, axis=1) >= MIN_SINE
     across = _unit(across)
     near, far = (at / at[2] * ray_scale for at in crossings)  # rays to the two corners, at depth 1
     # b far - a near = across: how deep the two corners lie, for a distance of 1 between them.
     depth = (np.linalg.pinv(np.stack([-near, far], axis=2)) @ across[..., None])[..., 0]
     ahead = np.where(depth[:, :1] < 0, -1.0, 1.0)  # the third line may run either way
     depth, across = depth * ahead, across * ahead
-    is_sound = is_square & (depth.min(axis=1) > MIN_RAY_DEPTH)
+    is_sound = is_determined & (depth.min(axis=1) > MIN_RAY_DEPTH)
     maps = np.stack([across, along_parallels, depth[:, :1] * near], axis=2) / ray_scale[..., None]
     return maps[is_sound], focal[is_sound]
 

@@ -65,6 +65,7 @@ def start_states(
         MIN_FOCAL_SHARE * width < focal < MAX_FOCAL_SHARE * width
         and MIN_ASPECT <= aspect <= MAX_ASPECT
     ):
+        # The aspect only says whether to believe the focal length: every start has square pixels.
         candidates += [(focal, terms) for terms in distortions]
     distances = [
         _median_distance(state_with_poses(lens, terms, f, 1.0, centre, few), few)
@@ -345,7 +346,7 @@ def minimise(
 
 
 class NormalEquations(NamedTuple):
-    """U (n, n), W (v, 6, n), V (v, 6, 6), a (n,), b (v, 6), as above."""
+    """U (n, n), Wᵀ (v, 6, n), V (v, 6, 6), a (n,), b (v, 6), of the equations above."""
 
     u: Array
     w: Array

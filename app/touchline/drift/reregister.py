@@ -51,14 +51,16 @@ from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.job_pictures import job_pictures
 
 MIN_LINES, MIN_MARKING_POINTS = 3, 3  # and points on each
-# Times, and px of 1280, that lines may lie off than before: else it is another lens. Ordinary knocks leave 0.02 to 0.2.
+# How much further off lines may lie than before, as a factor and in px of a picture 1280 wide: more is another lens.
+# After ordinary knocks they lie 0.02 to 0.2 px further off.
 MAX_WORSE_FACTOR, MAX_OFF_PX = 3.0, 0.5
 # a small picture's lines may lie off as in one of so much of it
 REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO = 1280, 0.5
 # Of the lines' places: where whole lines are missing, the others were taken for their neighbours, half a metre beside.
 MAX_MISSING = 0.15
 BEST_SHARE = 0.9  # of the lines' points: the furthest tenth may be robots
-# Options that the kept lens replaces; everything else was the operator's choice.
+# Options that do not hold for the new pose, or that the kept lens replaces: its terms, a height that the knock has
+# changed, the noise of clicks, where points are measured now. Everything else was the operator's choice.
 LENS_OPTIONS = (
     "lens",
     "lens_sigma",
@@ -104,7 +106,8 @@ def reregister(
     model, painted_field, region = Restored.of(calibration)
     progress(0.0, DETECTING_FIELD_LINES)
     tracked, observations = _track(model, painted_field, region, frame, before)
-    field = field_from_json(calibration.field)  # where its lines lie is found again
+    # As it is in its file: how far its lines lie elsewhere is estimated again, by the new points.
+    field = field_from_json(calibration.field)
     part = subprogress(progress, 0.3, 1.0)
     if isinstance(model, RayModel):
         fit = _fit_pose(

@@ -43,7 +43,8 @@ MIN_MATCHES = 12  # seven are used up by the answer; the rest must bear it out
 SAME_PX = 0.1
 GOOD_SIGMAS = 4.0
 MIN_SPREAD_PX = 2.0  # matches within such a strip are on one line
-# of Student's scale, two thirds of a σ, and of a distance in two directions from both views
+# of Student's scale, which is two thirds of a σ; how far a match is off a plane has two directions, and the errors
+# of both views
 OFF_PLANE_SIGMAS = 10.0
 MAX_SIGMA_PX = 4.0  # who matches no better than that has matched nothing
 MIN_OFF_PLANE = 4  # two beside the plane make the geometry, two more bear it out
@@ -307,6 +308,7 @@ def _consensus(a: Points, b: Points, seed: int = 0) -> Consensus:
         best = sorted(
             [*best, *((float(likelihoods[i]), found[i]) for i in order)], key=lambda t: -t[0]
         )[:REFINED]
+        # Of this batch's best, not of the best so far: a batch that does worse asks for more trials, never for fewer.
         clean = float(np.clip(shares[order[0]], 0.05, 0.999)) ** PARAMETERS
         tried += BATCH
         enough = min(MAX_TRIALS, max(enough, int(np.ceil(np.log(MISS_CHANCE) / np.log1p(-clean)))))

@@ -1,4 +1,4 @@
-"""Distortion from straight rolls of a ball or robot: Eq. (9) of each, of zones of the picture, of the lens.
+"""Distortion from straight rolls of a ball or robot, by the paper's Eq. (9): of each, of zones, of the lens.
 
     analysis = analyse_rolls(points, seconds, size)    figures of each roll, and of the lens
     report = roll_report(rolls, size)                  the same as plain JSON with sentences
@@ -139,7 +139,7 @@ def analyse_rolls(
     tracks = _Tracks([finite[i] for i in numbers], size)
     # A constant sideways acceleration a bends a roll of T seconds into an arc of height a T² / 8.
     push = np.array([seconds[i] for i in numbers]) ** 2 / 8
-    raw = tracks.bows(tracks.chains.pixels)
+    raw = tracks.bows(tracks.chains.pixels)  # of the picture that was given, which may be corrected
     sigma = _pooled_noise(raw.rms_px, tracks.chains.counts) * raw.per_px
     found = _fit_k(tracks, sigma, push, first_sideways)
     k, left, spread = found.k, tracks.bows_under(found.k), np.hypot(sigma, found.sideways * push)

@@ -283,7 +283,7 @@ class PlumbLineProblem:
     @property
     def wider(self) -> Self | None:
         """Return the same with one more term; None where the lens has no more."""
-        if self.lens == "division":
+        if self.lens == "division":  # with its first term alone, "division-even" is the same lens
             return replace(self, lens="division-even", names=("k1", "k2"))
         terms = LINE_LENSES[self.lens][1]
         return (
@@ -298,7 +298,8 @@ def initial_bend(chains: Chains, centre: Array) -> float:
     plane = chains.plane(centre)
     reach2 = float(np.max(np.sum(plane**2, axis=1)))
     tau2 = max(TAU_PX, chains.noise_px) ** 2
-    bends = np.sort(BENDS[1 + BENDS * 1.0 > MIN_SCALE]) / reach2
+    # Bends are tried for the furthest point at radius 1, where their scale is 1 + k.
+    bends = np.sort(BENDS[1 + BENDS > MIN_SCALE]) / reach2
     for _ in range(BEND_ROUNDS):
         mean_squares = [np.square(division_rms(plane, chains, k)) for k in bends]
         best = int(np.argmin([np.sum(chains.counts * s / (s + tau2)) for s in mean_squares]))
@@ -348,7 +349,7 @@ def solve(chains: Chains, start: LineFit, problem: PlumbLineProblem) -> Minimum[
     Rows of the minimum: the points, in units of their noise, then the prior of the centre, where it is free.
     """
     count, columns, free = len(problem.names), problem.columns, problem.free
-    extra = len(columns) - count
+    extra = len(columns) - count  # 2 where the centre is free, else 0
     prior = np.zeros((extra, len(columns)))
     prior[:, count:] = np.eye(extra) / (problem.centre_sigma or 1.0)
 

@@ -109,7 +109,7 @@ def straight_runs(
 ) -> list[tuple[int, int]]:
     """The stretches [start, end) of a chain between its sharp turns, which are seen by `arm` points on either side.
 
-    clear: of a turn, points that are left out after it.
+    clear: points that are left out after a turn; before one, arm - 1 are.
     """
     if len(points) < 2 * arm + 1:
         return []
@@ -257,6 +257,7 @@ def edge_chains(pixels: NDArray[np.uint8]) -> list[Points]:
         if len(links) > 1
         for piece in _smooth(Piece(points[links], strength[links]), MIN_PIECE_PX)
     ]
+    # Once more, as a joint may be a corner, and where pieces meet their ends are no better than those of a chain.
     found = [chain.points for line in joined(pieces) for chain in _smooth(line, least_px)]
     return sorted(found, key=lambda chain: (-chord(chain), *chain[0]))
 

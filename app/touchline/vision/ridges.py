@@ -86,6 +86,7 @@ def _add_ridges_of(
     )
     spread = cv2.magnitude(half_difference, xy)
     response = _response(mean, spread, sigma_px)
+    # Most of a picture is ground: of every seventh row and fifth column, the 60th percentile is its noise.
     threshold = ABOVE_NOISE * float(np.percentile(response[::7, ::5], 60)) + MIN_RESPONSE
     row, column = np.nonzero((response > threshold) & (response > best))
     at = row, column
@@ -126,7 +127,8 @@ def _hessian(soft: NDArray) -> tuple[NDArray, NDArray, NDArray]:
 def _response(mean: NDArray, spread: NDArray, sigma_px: float) -> NDArray:
     """Return σ^1.5 (-low - |high|) of the eigenvalues low, high = mean ∓ spread; 0 where it does not curve down.
 
-    A ridge on a slope has spread itself for that, a blob less. The power of σ makes the blur that fits answer most.
+    A ridge curves along itself hardly, so its high eigenvalue takes little away; a blob's takes most. The power of σ
+    makes the blur that fits the width answer most.
     """
     response = cv2.min(cv2.subtract(spread, mean), spread) * np.float32(2 * sigma_px**1.5)
     not_blob = (spread - mean - np.abs(mean + spread)) * np.float32(sigma_px**1.5)
@@ -201,10 +203,10 @@ def _walks(ahead: NDArray, behind: NDArray) -> list[list[int]]:
 def _smooth(walk: list[int], points: Points) -> list[NDArray]:
     """The stretches of a chain that a lens could have made of a line or of a piece of an arc."""
     chain = np.array(walk)
-    has_turns = len(walk) >= 3 * TURN_ARM
+    can_be_tested = len(walk) >= 3 * TURN_ARM
     runs = (
         straight_runs(points[chain], TURN_ARM, MIN_TURN_COSINE, TURN_ARM)
-        if has_turns
+        if can_be_tested
         else [(0, len(walk))]
     )
 

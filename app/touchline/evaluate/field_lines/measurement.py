@@ -41,7 +41,7 @@ IMAGE_MARGIN_PX = 2
 MIN_GAIN = 0.04  # less gained by a wider search is chance
 ENOUGH_SHARE = 0.85  # found near by: nothing is looked for further off
 MIN_SHARE = 0.5  # found: with less, nothing can be said of single markings
-# of a marking's length, in one course: it is this marking, further off, and no chance
+# of a marking's length: found so far, it is this marking, further off, and no chance
 MIN_SINGLE_SHARE = 0.7
 MIN_MARKING_POINTS, MIN_OBSERVED_POINTS = 3, 2
 # a line of fewer places is found only where so much of it is
@@ -165,10 +165,11 @@ def measure_single_markings(
     numbers = np.flatnonzero([name in names for name in search.names])
     near = search.measure(None, SEARCH_PX[0], numbers)
 
-    def not_in_one_course(found: LineMeasurements) -> Indices:
+    def hardly_found(found: LineMeasurements) -> Indices:
+        # where nothing could be looked for, the share is NaN, and no comparison holds
         return numbers[~(found.found_shares()[numbers] > MIN_SINGLE_SHARE)]
 
-    return _measure_singly(search, near, None, not_in_one_course)
+    return _measure_singly(search, near, None, hardly_found)
 
 
 def measure_change(
@@ -255,7 +256,7 @@ def _fit_motion(measured: LineMeasurements) -> OffsetField | None:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """samples: the places to look at, of these features, by how clear of others they are to be, px.
+    """samples: the places to look at, of these features, by how many px they are to be clear of others.
 
     is_since: offsets are from those very places, and not from the features.
     """
@@ -320,6 +321,8 @@ class _Search:
         """Return the hits without those of markings that have too few."""
         for number in range(len(self.features)):
             of = at.marking == number
+            # From where the line was seen before, both its place and its normal are those of then; from a feature, the
+            # nearest place of it is the foot, and the normal the one where the line is expected.
             # Of a short line, a few places that agree may be a robot's edge.
             is_short = of.sum() < SHORT_PLACES
             min_points = (
@@ -346,6 +349,8 @@ class _Search:
         foot, normal = np.full_like(on_carpet, np.nan), np.full_like(on_carpet, np.nan)
         for number, marking in enumerate(self.features):
             of = at.marking == number
+            # From where the line was seen before, both its place and its normal are those of then; from a feature, the
+            # nearest place of it is the foot, and the normal the one where the line is expected.
             foot[of] = expected[of] if self.is_since else marking.nearest(on_carpet[of])
             normal[of] = marking.normals(
                 marking.nearest(expected[of]) if self.is_since else expected[of]

@@ -56,7 +56,7 @@ MIN_OTHER_WAY = 0.5
 MIN_PLACES_ONE_WAY = 4  # that tell of lines one way
 
 # Lines that are covered, against lines that are gone.
-# of the places that are seen; by chance, an eighth of them would be where they were
+# of the places that are seen; by chance it would be an eighth, STILL_PX of patches.MAX_OFFSET_PX
 MAX_STILL_SHARE = 0.6
 THUMBNAIL_PX = 32
 # correlation of the whole picture, very small: the same scene, perhaps with people in the way
@@ -107,7 +107,8 @@ class MotionSample:
 
 @dataclass(frozen=True, eq=False)
 class LineReference:
-    """Tracked lines. across (n, 4): n · B, see fitting.image_motion; level: mean grey about the lines.
+    """Tracked lines. across (n, 4): n · B, how a motion q (4,) of the picture moves each place across its line, by
+    fitting.image_motion; level: mean grey about the lines.
 
     samples: of the region, which tell how far it has moved. thumbnail: the picture, very small. orientation: what tells
     whether the picture was turned or mirrored, which the lines do not.
