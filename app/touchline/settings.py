@@ -21,7 +21,7 @@ from touchline.core.errors import BadInput, NotFound
 from touchline.core.json_values import JsonObject
 from touchline.core.statements import say
 from touchline.installation import shipped
-from touchline.network.multicast import GROUP, PORT, MulticastAddress
+from touchline.network.address import GROUP, PORT, MulticastAddress
 
 Port = Annotated[int, Field(ge=0, le=65535)]
 Count = Annotated[int, Field(ge=1)]

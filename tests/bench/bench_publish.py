@@ -29,7 +29,7 @@ from tests.support.waiting import until
 from touchline.formats.ssl_field import field_to_wire
 from touchline.league.live import GeometryListener
 from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
-from touchline.network.multicast import MulticastAddress
+from touchline.network.address import MulticastAddress
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_DetectionFrame,

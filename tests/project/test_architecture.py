@@ -15,7 +15,7 @@ import pytest
 from tests.support.import_graph import circles, imported_names, python_graph, python_modules
 from tests.support.owners import ALLOWED, owner
 from tests.support.paths import NOT_OURS, PACKAGE, ROOT, STATIC
-from touchline.capabilities import CAPABILITIES
+from touchline.capabilities import CAPABILITIES, commands
 
 SCRIPTS = [path for path in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*path.parts}]
 
@@ -145,6 +145,32 @@ def test_no_import_is_excepted_from_the_layers():
 
 def test_no_modules_import_each_other_in_a_circle():
     assert circles(python_graph(modules())) == []
+
+
+def test_only_the_commands_that_serve_import_the_server():
+    """At the head of a module, by way of any other: it takes a second of every start."""
+    heads = {
+        module: ast.Module(
+            [one for one in tree.body if isinstance(one, ast.Import | ast.ImportFrom)], []
+        )
+        for module, tree in modules().items()
+    }
+    graph = python_graph(heads)
+
+    def imported(module: str) -> set[str]:
+        found, waiting = set(), [module]
+        while waiting:
+            if (one := waiting.pop()) not in found:
+                found.add(one)
+                waiting += graph[one]
+        return found
+
+    serving = {
+        name
+        for name, (target, _) in commands().items()
+        if "touchline.main" in imported(target.partition(":")[0])
+    }
+    assert serving == {"serve", "demo"}
 
 
 def test_no_module_imports_the_package_that_scripts_import():

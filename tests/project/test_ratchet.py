@@ -18,7 +18,7 @@ from tests.support.paths import PACKAGE
 
 MOST = {
     "tokens": 494_300,
-    "files": 356,
+    "files": 359,
     "untyped dictionaries": 451,
     "modules with one importer": 53,
     "breaks": 0,

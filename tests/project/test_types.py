@@ -31,7 +31,7 @@ PLANTED = {
     "live.picture": "scaled_down(points, 640)",
     "main": "create_app(name)",
     "models": "model_from_json(maybe_name, {})",
-    "network.multicast": "MulticastAddress(mm)",
+    "network.address": "MulticastAddress(mm)",
     "processes.framing": "encode_body(points)",
     "report.page": "data_address(points, name)",
     "rigs.mosaic": "FieldView(mm, name)",

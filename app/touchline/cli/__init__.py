@@ -7,7 +7,7 @@ in the help.
     progress.py   the progress bar
     files.py      points, calibrations, lenses and pictures from files and to files
     requests.py   the options of a fit, shared by several commands
-    server.py     settings, and the data folder of a server that does not run
+    archive.py    settings, and the data folder of a server that does not run
 """
 
 import signal

@@ -22,10 +22,10 @@ from urllib.parse import urlencode
 import typer
 
 from touchline.cli import files
+from touchline.cli.archive import ConfigOption
 from touchline.cli.console import POOR, Enough, exit_below
 from touchline.cli.files import json_or_text, read_bytes
 from touchline.cli.progress import progress_bar
-from touchline.cli.server import ConfigOption
 from touchline.client.client import Client
 from touchline.core.errors import BadInput
 

@@ -27,9 +27,9 @@ from touchline.league.packet import (
     published_cameras,
 )
 from touchline.league.received import RemotePublisher
+from touchline.network.address import MulticastAddress
 from touchline.network.multicast import (
     Datagram,
-    MulticastAddress,
     MulticastReceiver,
     MulticastSender,
 )

@@ -28,7 +28,8 @@ from touchline.league.received import (
     geometry_to_pass_on,
     received_json,
 )
-from touchline.network.multicast import MulticastSender, interfaces
+from touchline.network.address import interfaces
+from touchline.network.multicast import MulticastSender
 from touchline.services.container import IsAbandoned, Services
 from touchline.services.running_part import RunningPart
 from touchline.ssl_protocol.protobuf import decode

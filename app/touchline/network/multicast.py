@@ -1,23 +1,16 @@
-"""Multicast: an address that is checked, and sending to it and receiving from it on one interface."""
+"""Send packets to a multicast group over one socket, reopened when the network has changed; and receive packets."""
 
 import contextlib
 import errno
-import fcntl
-import ipaddress
 import socket
-import struct
 import threading
 from collections import deque
-from dataclasses import dataclass
 from typing import NamedTuple
 
-from touchline.core.errors import BadInput, Conflict
-from touchline.core.statements import Sentence, join, say
+from touchline.core.errors import BadInput
+from touchline.core.statements import say
+from touchline.network.address import MulticastAddress, is_here
 from touchline.ssl_protocol.protobuf import MAX_BYTES
-
-GROUP, PORT = "224.5.23.2", 10006  # the league's usual ones for vision
-MAX_NAME = 15  # bytes of an interface's name; Linux' IFNAMSIZ less its end
-SIOCGIFADDR = 0x8915
 
 MAX_DATAGRAM_BYTES = 65_536  # a byte more than UDP carries
 QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
@@ -32,201 +25,6 @@ NETWORK_CHANGED = (
     errno.EADDRNOTAVAIL,
     errno.ENXIO,
 )
-
-
-class NetworkError(Conflict):
-    """The network does not carry this now; callers retry."""
-
-    reason = "network"
-
-
-@dataclass(frozen=True)
-class MulticastAddress:
-    """interface: an address of this machine or an interface's name; "" leaves the choice to the system.
-
-    ttl: 0 stays on this machine, 1 in the local network, more passes routers that forward multicast.
-    """
-
-    group: str = GROUP
-    port: int = PORT
-    interface: str = ""
-    ttl: int = 1
-
-    def __post_init__(self) -> None:
-        try:
-            fine = ipaddress.IPv4Address(self.group).is_multicast
-        except ValueError:
-            fine = False
-        if not fine:
-            raise BadInput(
-                say(
-                    "multicast.bad-group",
-                    "{group!r} is not a multicast group.",
-                    group=self.group[:64],
-                ),
-                say(
-                    "multicast.group-range",
-                    "Give an address from 224.0.0.0 to 239.255.255.255, such as {group}.",
-                    group=GROUP,
-                ),
-                reason="bad-group",
-            )
-        if not 1 <= self.port <= 65535:
-            raise BadInput(
-                say("multicast.bad-port", "{port} is not a UDP port.", port=self.port),
-                say("multicast.port-range", "Give one from 1 to 65535, such as {port}.", port=PORT),
-                reason="bad-port",
-            )
-        if not 0 <= self.ttl <= 255:
-            raise BadInput(
-                say("multicast.bad-ttl", "{ttl} is not a valid TTL.", ttl=self.ttl),
-                say("multicast.ttl-range", "Give 1 for the local network, at most 255."),
-                reason="bad-ttl",
-            )
-        if not _may_be_interface(self.interface):
-            raise BadInput(
-                say(
-                    "multicast.bad-interface",
-                    "{interface!r} is not a network interface.",
-                    interface=self.interface[:64],
-                ),
-                known_interfaces(),
-                reason="bad-interface",
-            )
-
-    def request(self) -> bytes:
-        """Return the socket option's struct ip_mreqn: group, address, interface index; NetworkError."""
-        address, index = "0.0.0.0", 0
-        if _address(self.interface) is not None:
-            address = self.interface
-        elif self.interface:
-            try:
-                index = socket.if_nametoindex(self.interface)
-            except OSError:
-                raise self.no_interface_error() from None
-        return socket.inet_aton(self.group) + socket.inet_aton(address) + struct.pack("i", index)
-
-    def no_interface_error(self) -> NetworkError:
-        what = (
-            say(
-                "multicast.no-interface",
-                "This computer has no interface {interface}.",
-                interface=self.interface,
-            )
-            if self.interface
-            else say("multicast.no-network", "This computer has no network for multicast.")
-        )
-        return NetworkError(what, known_interfaces(), reason="no-interface")
-
-    def network_error(self, error: OSError) -> NetworkError:
-        """Translate a socket error into its cause and remedy."""
-        if error.errno in (errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO):
-            return self.no_interface_error()
-        if error.errno in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN):
-            return NetworkError(
-                say("multicast.no-route", "No network reaches {group}.", group=self.group),
-                join(
-                    say("multicast.connect", "Connect or enable the network."), known_interfaces()
-                ),
-                reason="no-route",
-            )
-        if error.errno in (errno.EPERM, errno.EACCES):
-            return NetworkError(
-                say(
-                    "multicast.forbidden",
-                    "The operating system does not permit multicast to {group}, port {port}.",
-                    group=self.group,
-                    port=self.port,
-                ),
-                say("multicast.allow-in-firewall", "Allow this program in the firewall."),
-                reason="forbidden",
-            )
-        if error.errno == errno.EADDRINUSE:
-            return NetworkError(
-                say(
-                    "multicast.port-taken",
-                    "Another program uses port {port} exclusively.",
-                    port=self.port,
-                ),
-                say(
-                    "multicast.share-port",
-                    "Close it, or configure it to share the port (SO_REUSEADDR).",
-                ),
-                reason="port-taken",
-            )
-        return NetworkError(
-            say(
-                "multicast.rejected",
-                "The network rejects {group}, port {port}: {error}.",
-                group=self.group,
-                port=self.port,
-                error=error.strerror or error,
-            ),
-            say(
-                "multicast.check-interface",
-                "Check the interface. Touchline tries again automatically.",
-            ),
-            reason="network",
-        )
-
-
-def interfaces() -> list[dict[str, str | None]]:
-    """List this machine's interfaces: {"name", "address"}; address None without IPv4."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        return [
-            {"name": name, "address": _address_of(probe, name)} for _, name in socket.if_nameindex()
-        ]
-
-
-def is_here(address: str) -> bool:
-    """Tell whether an address is this machine's: only such a one can be bound to."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.bind((address, 0))
-        except OSError:
-            return False
-        return True
-
-
-def known_interfaces() -> Sentence:
-    """Name the interfaces in a sentence, for an error."""
-    named = [f"{i['name']} ({i['address']})" for i in interfaces() if i["address"]]
-    return (
-        say(
-            "multicast.use-interface",
-            "Use an interface of this computer: {interfaces}.",
-            interfaces=named[:8],
-        )
-        if named
-        else say("multicast.none-is-up", "Use an interface of this computer: none is up.")
-    )
-
-
-def _address_of(probe: socket.socket, name: str) -> str | None:
-    try:
-        answer = fcntl.ioctl(probe, SIOCGIFADDR, struct.pack("256s", name.encode()[:MAX_NAME]))
-    except OSError:
-        return None
-    return socket.inet_ntoa(answer[20:24])
-
-
-def _may_be_interface(text: str) -> bool:
-    """Tell whether text is a unicast address or a possible interface name."""
-    address = _address(text)
-    if address is not None:
-        return not (address.is_multicast or address.is_unspecified)
-    return (
-        len(text.encode("utf-8", "replace")) <= MAX_NAME
-        and text.isprintable()
-        and not set(text) & set(" /\0")
-    )
-
-
-def _address(text: str) -> ipaddress.IPv4Address | None:
-    try:
-        return ipaddress.IPv4Address(text)
-    except ValueError:
-        return None
 
 
 class MulticastSender:

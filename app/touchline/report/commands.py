@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from touchline.cli import files
+from touchline.cli.archive import ConfigOption, stored
 from touchline.cli.console import Enough, EnoughOption, exit_below
-from touchline.cli.server import ConfigOption, stored
 from touchline.core.errors import Conflict
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration

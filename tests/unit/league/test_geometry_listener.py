@@ -26,7 +26,7 @@ from touchline.league.live import MAX_CAMERAS, MAX_SENDERS, GeometryListener, Pu
 from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.league.packet_camera import packet_camera
 from touchline.league.received import RemotePublisher, contradictions, received_json
-from touchline.network.multicast import MulticastAddress
+from touchline.network.address import MulticastAddress
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_DetectionFrame,

@@ -19,7 +19,8 @@ from touchline.league.live import Publisher
 from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.league.packet_camera import PacketCameraCache, packet_camera
 from touchline.models import MODELS, RayModel
-from touchline.network.multicast import MulticastAddress, MulticastSender, NetworkError, is_here
+from touchline.network.address import MulticastAddress, NetworkError, is_here
+from touchline.network.multicast import MulticastSender
 from touchline.ssl_protocol.protobuf import MAX_BYTES, decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_WrapperPacket, Vector2f
 

@@ -1,0 +1,130 @@
+"""export and import: a calibration to the files of other programs and from them."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from touchline.cli import files
+from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
+from touchline.core.records import Calibration
+from touchline.core.sentences import area_name
+from touchline.workflows import interchange
+from touchline.workflows.calibration_request import with_new_id
+
+CameraId = Annotated[
+    int | None,
+    typer.Option(
+        "--camera-id",
+        min=0,
+        max=2**32 - 1,
+        help="The camera's number in a packet of the Small Size League.",
+    ),
+]
+
+
+def export(
+    calibration: Annotated[
+        Path, typer.Argument(metavar="CAL.json", help="A calibration from calibrate.")
+    ],
+    format: Annotated[
+        str | None,
+        typer.Option(
+            "--format",
+            "-f",
+            help="opencv, ros, kalibr, mrcal, photonvision, "
+            "ssl-vision, npz, csv or json. Without a format, all formats are "
+            "listed with their errors.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="The file to write.")
+    ] = None,
+    approximate: Annotated[
+        bool,
+        typer.Option(
+            "--approximate",
+            help="Write the best approximation in the format and state its error in mm.",
+        ),
+    ] = False,
+    camera_id: CameraId = None,
+) -> None:
+    """Write a calibration in the format of another program."""
+    known = files.read_calibration(calibration)
+    if format is None:
+        for row in interchange.formats(known):
+            print(f"{row['format']:13} {_cost(row)}. {row['holds']}")
+        return
+    if output is None:
+        raise typer.BadParameter("there is no file to write", param_hint="--output")
+    exported = interchange.export(known, format, approximate, camera_id)
+    files.write_bytes(output, exported.data)
+    print(
+        f"Saved as {output}{'' if exported.loss is None else f', {_error(exported.loss.to_json())}'}."
+    )
+
+
+def import_file(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A file in any format of export except npz.")
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="CAL.json|LENS.json",
+            help="The calibration to write, or the lens if the file contains only a lens.",
+        ),
+    ],
+    field: Annotated[
+        str | None, typer.Option("--field", help="Field of the camera, if it is not in the file.")
+    ] = None,
+    region: RegionName = None,
+    rotate: Rotate = None,
+    image_size: Annotated[
+        str | None,
+        typer.Option(
+            "--image-size",
+            metavar="WxH",
+            help="Image size, if it is not in the file. If it is, the calibration is scaled.",
+        ),
+    ] = None,
+    camera_id: CameraId = None,
+    model: Annotated[
+        str | None, typer.Option("--model", help="Camera model for a table of points.")
+    ] = None,
+    fields: OwnFields = None,
+) -> None:
+    """Read a file of another program."""
+    size = None if image_size is None else interchange.size_from_text(image_size)
+    options = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model)
+    found = interchange.read_file(
+        files.read_bytes(file, files.MAX_JSON_BYTES), file.name, camera_id
+    )
+    if interchange.is_lens(found):
+        files.write_lens(output, interchange.lens_record_from_file(found, options))
+        print(f"Lens saved as {output}. Use it with calibrate --lens to fit the camera pose.")
+        return
+    if not isinstance(found, Calibration):
+        found = with_new_id(interchange.calibration_from_file(found, options, own_fields(fields)))
+    files.write_calibration(output, found)
+    print(
+        f"Calibration ({found.model_name}, {found.image_size}, {found.field['name']}, {area_name(found.region)}), "
+        f"saved as {output}."
+    )
+
+
+def _cost(row: dict) -> str:
+    if row["problem"] is not None:
+        return f"not possible: {row['problem']['what'].rstrip('.')}"
+    if row["loss"] is None:
+        return "exact"
+    return _error(row["loss"]) + ("" if row["exact"] else ", with --approximate")
+
+
+def _error(loss: dict) -> str:
+    words = f"largest error {loss['worst_mm']:.3f} mm on the carpet"
+    if loss["hat_worst_mm"] is None:
+        return words
+    return f"{words}, {loss['hat_worst_mm']:.3f} mm {loss['hat_height_mm']:g} mm above it"
