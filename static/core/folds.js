@@ -2,7 +2,10 @@
 import { computed, effect, signal } from "@preact/signals";
 
 const KEPT = "touchline.unfolded";
-/** @typedef {"lens" | "distortion" | "residuals" | "landmarks" | "measured"} Fold */
+/**
+ * @typedef {"lens" | "distortion" | "residuals" | "landmarks" | "measured" | "field" | "inside" | "map" | "versions"
+ * | "export"} Fold
+ */
 
 const unfolded = signal(
   /** @type {Set<Fold>} */ (

@@ -5,10 +5,11 @@ import { t } from "../core/words.js";
 
 /**
  * of: which panel, as the manual's table names it. about: what is explained, if the heading itself is a figure or a
- * date.
- * @param {{ of: string, about?: string, children?: any }} props */
-export const Title = ({ of, about, children }) => html`<div class="titled">
+ * date. value: a figure at the end of the line.
+ * @param {{ of: string, about?: string, value?: string, children?: any }} props */
+export const Title = ({ of, about, value, children }) => html`<div class="titled">
   <h2>${children}</h2>
+  ${value && html`<em>${value}</em>`}
   <button
     type="button"
     class="ask"

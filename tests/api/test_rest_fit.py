@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.refusals import API, refusal, without_size
+from tests.support.rest_jobs import finished
 from tests.support.waiting import LONG_S, until
 from touchline.core.errors import Cancelled
 
@@ -141,6 +142,31 @@ def test_the_model_auto_is_a_lens_in_the_preview_and_saved_as_the_recommended_on
         and choice["reason"]
         and len(choice["ranking"]) > 3
     )
+
+
+def test_a_version_is_saved_as_the_preview_shows_it_where_no_models_are_to_be_compared(
+    client, task
+):
+    body = {**task, "model": "auto"}
+    shown = client.post(f"{API}/fit/attempt", json=body).json()["preview"]
+    made = client.post(f"{API}/calibrations", json={**body, "compare": False}).json()
+    assert made["model"] == shown["model"]
+    assert made["corrected_size"] == shown["corrected_size"]
+    choice = made["report"].pop("model_choice")
+    assert made["report"] == shown["report"]
+    assert choice["recommended"] is None and choice["ranking"] == [] and choice["reason"]
+    assert client.get(f"{API}/calibrations/{made['id']}").json()["model"] == shown["model"]
+    few = {**body, "compare": False, "observations": body["observations"][:1]}
+    refused = client.post(f"{API}/calibrations", json=few)
+    assert refused.status_code == 422 and refused.json()["fix"]
+
+
+def test_a_job_saves_without_comparing_where_it_is_not_wanted(client, task):
+    body = {**task, "model": "auto", "compare": False}
+    job = client.post(f"{API}/calibrations?job=true", json=body).json()
+    made = finished(client, job)["result"]["calibration"]
+    made = client.get(f"{API}/calibrations/{made}").json()
+    assert made["report"]["model_choice"]["ranking"] == []
 
 
 @pytest.fixture

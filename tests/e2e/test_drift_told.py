@@ -96,9 +96,9 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
     manual_picture(page, "drift")
     page.get_by_test_id("look-at-registered").click()
-    expect(page.get_by_text(like("verify.version-points", version=2)).first).to_be_visible(
-        timeout=LONG_MS
-    )
+    expect(
+        page.get_by_text(like("shell.sentence.version-inactive", version=2)).first
+    ).to_be_visible(timeout=LONG_MS)
     is_told(page, "bad")
     page.screenshot(path=tmp_path / "looked_at.png")
     page.goto(f"{server.url}/#/cameras/{ID}/drift")

@@ -102,8 +102,10 @@ def zoomed_and_panned(editing):
     before = tuple(map(round, editing.spot(80, 210)))  # a browser tells whole pixels of a wheel
     there = (before[0] - left) / across - 0.5, (before[1] - top) / down - 0.5
     page.mouse.move(*before)
+    zoom = page.locator("[data-testid=read-out] .zoom")
+    fitted = zoom.inner_text()
     page.mouse.wheel(0, -600)  # nobody waits until the page has heard it
-    expect(page.locator("[data-testid=read-out] .zoom")).to_have_text(re.compile("^2"))
+    expect(zoom).not_to_have_text(fitted)
     assert editing.spot(*there) == (
         pytest.approx(before[0], abs=0.5),
         pytest.approx(before[1], abs=0.5),

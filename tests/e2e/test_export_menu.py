@@ -14,7 +14,7 @@ ELSEWHERE = {"json", "npz"}  # offered to everybody
 
 def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server):
     operator = saved("brown-conrady")
-    page, it = operator.page, operator.saved()
+    page, it = operator.unfold("export").page, operator.saved()
     menu = page.get_by_test_id("exports")
     menu.locator("summary").click()
     for name in FORMATS:
@@ -50,7 +50,7 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server
 
 @pytest.mark.long
 def test_another_version_is_asked_anew(clicked):
-    operator = clicked("polynomial").next("verify")
+    operator = clicked("polynomial").next("verify").unfold("export")
     page = operator.page
     page.get_by_test_id("exports").locator("summary").click()
     # no lens holds the paper's method

@@ -11,7 +11,7 @@ from tests.support.held_requests import holding
 from tests.support.manual_pictures import manual_picture
 from tests.support.tiers import long
 from tests.support.waiting import until
-from tests.support.words import t
+from tests.support.words import like, t
 
 HALF = SceneSpec(
     3, "ssl-2008", "half", "half", (816, 682), 5500.0, 12.0, 0.0, -17.0, 0.7, 2.0, 0.1, 6, 0
@@ -37,7 +37,7 @@ def test_found_lines_stand_in_the_draft_beside_the_clicks_and_one_undo_takes_the
     page.get_by_test_id("do-find-lines").click()
     expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("lines-found")).to_contain_text(
-        "of the expected lines were detected"
+        like("calibrate.find-lines-panel.detected")
     )
     found = {o["feature"]: len(o["points"]) for o in operator.draft()["observations"]}
     assert found["right"] > 5 and found["centre-circle"] > 5 and operator.points("left") == clicked
@@ -143,7 +143,7 @@ def test_half_of_a_field_opened_as_the_full_one_is_active_after_five_presses(
     assert arriving.draft()["observations"] == []
     page.screenshot(path=tmp_path / "1-other-area.png")
     page.get_by_test_id("cure-area-half-right").click()
-    expect(told).to_contain_text("of the expected lines were detected", timeout=LONG_MS)
+    expect(told).to_contain_text(like("calibrate.find-lines-panel.detected"), timeout=LONG_MS)
     assert (arriving.draft()["region"], len(arriving.draft()["observations"]) > 4) == (
         "half-right",
         True,

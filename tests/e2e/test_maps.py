@@ -103,6 +103,7 @@ def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, 
     operator.use_model("homography")
     operator.next("verify")
     second = operator.saved()["id"]
+    operator.unfold("map")
     page.get_by_test_id("other").select_option(first)
     apart = server.api("GET", f"/calibrations/{second}/difference/{first}.json").json()
     figures = page.get_by_test_id("heat-figures")

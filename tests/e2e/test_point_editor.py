@@ -193,6 +193,7 @@ def test_a_line_that_the_fit_sees_is_chosen_by_clicking_it(fitted, tmp_path):
     page.mouse.click(*fitted.spot(middle[0] + 1, middle[1]))
     left(fitted, middle, within=2, feature="halfway-line")
     expect(page.get_by_test_id("inside-halfway-line")).to_have_attribute("aria-pressed", "true")
+    fitted.unfold("field")
     expect(page.get_by_test_id("field-halfway-line")).to_have_class(re.compile("clicked"))
 
 
@@ -279,7 +280,7 @@ def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
 
 @pytest.mark.long
 def test_the_little_field_says_what_has_been_done(fitted):
-    page = fitted.page
+    page = fitted.unfold("field").page
     used = t("calibrate.field-drawing.points", count=6) + t("calibrate.field-drawing.used")
     expect(page.get_by_test_id("field-left")).to_have_attribute(
         "aria-label", re.compile(re.escape(used))

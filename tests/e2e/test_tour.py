@@ -27,7 +27,7 @@ def stops(page):
 
 def test_question_marks_and_the_tour_speak_of_the_picture_that_is_open(clicked, server):
     operator = clicked("brown-conrady")
-    a_question_mark_opens_the_manual_at_its_heading(operator.page)
+    a_question_mark_opens_the_manual_at_its_heading(operator.unfold("inside").page)
     its_numbers_are_told(operator, server)
     what_it_speaks_of_is_brought_back(operator.page)
 
@@ -116,7 +116,7 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     ring = until(
         lambda: page.get_by_test_id("tour-ring").bounding_box(), lambda box: box is not None
     )
-    drawing = page.locator("aside.left .field").bounding_box()
+    drawing = page.locator("aside.right .field").bounding_box()
     for side in ("x", "y", "width"):  # about what it speaks of, as far down as that is in sight
         assert abs(ring[side] - drawing[side]) < 12, side
 

@@ -14,6 +14,7 @@ from tests.support.manual_pictures import manual_picture
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
 from tests.support.words import like, t
+from touchline.core.field import BORDERS
 from touchline.core.field_json import field_from_json
 from touchline.sources import SourceContext, source_from_url
 
@@ -124,6 +125,7 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(
     expect(state(page, "lines", "ok")).to_contain_text("9 of 9 lines")
     state(page, "live-image", "ok")
     state(page, "region", "ok")
+    operator.unfold("passed")
     expect(page.get_by_test_id("check-accuracy")).to_contain_text("mm")
     expect(state(page, "model", "ok")).to_contain_text("Brown–Conrady")
     expect(page.get_by_test_id("check-height")).to_contain_text("5.0 m")
@@ -167,6 +169,7 @@ def leaving_ends_the_checks_and_a_refused_one_is_unknown(operator):
     operator.is_at("verify")
     state(page, "lines", "running")
     # what needs no picture is there at once
+    operator.unfold("passed")
     expect(page.get_by_test_id("check-accuracy")).to_be_visible()
     expect(page.get_by_test_id("next")).to_have_text(t("verify.checking"))
     page.get_by_test_id("step-points").click()
@@ -240,3 +243,53 @@ def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(
         re.compile(like("verify.activate-version-anyway").pattern + "$"), timeout=LONG_MS
     )
     shot(page, tmp_path / "neighbour.png")
+
+
+def test_a_version_is_saved_before_the_models_are_compared_and_a_better_one_is_offered(
+    operator, server, straight_picture, frame_points, tmp_path
+):
+    page, saved = operator.page, []
+    page.on(
+        "request",
+        lambda sent: (
+            sent.method == "POST" and sent.url.endswith("/calibrations") and saved.append(sent)
+        ),
+    )
+    operator.open(straight_picture, "table", "full")
+    for feature in BORDERS:
+        operator.click(feature, frame_points[feature])
+    operator.next("verify")
+    first = operator.saved()
+    assert [sent.post_data_json["compare"] for sent in saved] == [False]
+    assert first["report"]["model_choice"]["ranking"] == []
+    offer = page.get_by_test_id("model-offer")
+    expect(offer).to_be_visible(timeout=LONG_MS)
+    page.screenshot(path=tmp_path / "offer.png")
+    page.get_by_test_id("do-save-recommended").click()
+    expect(page.get_by_test_id("sentence")).to_contain_text(
+        t("shell.sentence.version-saved", version=first["version"] + 1), timeout=LONG_MS
+    )
+    expect(offer).to_have_count(0)
+    second = operator.saved()
+    assert second["version"] == first["version"] + 1
+    assert second["model"]["name"] != first["model"]["name"]
+    assert operator.draft()["model"] == second["model"]["name"]
+
+
+@pytest.mark.browser_context_args(viewport={"width": 1440, "height": 900})
+def test_the_picture_has_two_thirds_of_the_window_and_every_border_is_in_sight(clicked):
+    operator = clicked("brown-conrady")
+    page = operator.page
+    for border in BORDERS:
+        expect(page.get_by_test_id(f"border-{border}")).to_be_in_viewport(ratio=1)
+    for go in (
+        lambda: None,
+        page.get_by_test_id("step-field").click,
+        lambda: operator.next("points").next("verify"),
+    ):
+        go()
+        expect(page.locator("aside")).to_have_count(1)
+        picture = page.locator(".middle").bounding_box()
+        assert picture["width"] * picture["height"] >= 0.65 * 1440 * 900
+    expect(page.get_by_test_id("fold-passed")).to_be_visible(timeout=LONG_MS)
+    assert page.locator("aside").evaluate("panel => panel.scrollHeight") < 1300

@@ -70,6 +70,16 @@ class FitRequest(Strict):
     note: Note = ""
 
 
+class SaveRequest(FitRequest):
+    """The same, to be saved as a new version."""
+
+    compare: bool = Field(
+        True,
+        description='for the model "auto": compare all models before it is saved; false saves the most probable lens '
+        "at once, as a preview shows it",
+    )
+
+
 class CompareRequest(FitRequest):
     """The same, for several models; `model` is ignored."""
 

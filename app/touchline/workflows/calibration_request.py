@@ -15,20 +15,32 @@ from touchline.core.geometry import ImageSize
 from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.records import Calibration, Observations, Warning, observations_from_json
 from touchline.core.statements import say
+from touchline.evaluate.report_types import FitReport, SavedReport
 from touchline.fitting import FITTERS, known_options
 from touchline.imaging.correction import correction_mesh
 from touchline.installation import __version__
 from touchline.models import MODELS, CameraModel, parameters_json
 from touchline.workflows import calibration, model_choice
-from touchline.workflows.calibration import Attempt, CalibrationResult, Preview, PreviewMesh
+from touchline.workflows.calibration import (
+    Attempt,
+    CalibrationResult,
+    ModelParameters,
+    Preview,
+    PreviewMesh,
+)
 from touchline.workflows.model_choice import AUTO, is_removed
 
 MAX_POINTS = 20_000  # of all observations together: a minute or two
 
 
 def run_fit(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: fit and evaluate spec["task"]; return the calibration as JSON, not yet stored."""
+    """A job: fit and evaluate spec["task"]; return the calibration as JSON, not yet stored.
+
+    spec["compare"]: whether "auto" compares all models; absent in jobs that a former version queued.
+    """
     request = CalibrationRequest.from_json(spec["task"])
+    if request.chooses and not spec.get("compare", True):
+        return request.record_preview(request.preview_json(False, None, progress)).to_json()
     return request.record(request.run(progress)).to_json()
 
 
@@ -264,6 +276,30 @@ class CalibrationRequest:
         self, done: CalibrationResult, *, version: int = 1, parent: str | None = None
     ) -> Calibration:
         """Return the result as one immutable version, with all that it came from."""
+        return self._version(
+            {"name": done.model.NAME, "parameters": parameters_json(done.model)},
+            done.model.corrected_size,
+            done.report,
+            version=version,
+            parent=parent,
+        )
+
+    def record_preview(self, preview: Preview) -> Calibration:
+        """Return a preview as a version: where the model is chosen, the report says that none were compared."""
+        report: SavedReport = {**preview["report"]}
+        if self.chooses:
+            report["model_choice"] = model_choice.not_compared()
+        return self._version(preview["model"], ImageSize.of(preview["corrected_size"]), report)
+
+    def _version(
+        self,
+        model: ModelParameters,
+        corrected_size: ImageSize,
+        report: FitReport,
+        *,
+        version: int = 1,
+        parent: str | None = None,
+    ) -> Calibration:
         return with_new_id(
             Calibration(
                 id="",
@@ -272,15 +308,15 @@ class CalibrationRequest:
                 field=self.field.to_json(),
                 region=self.region.name,
                 rotate=self.region.rotate_deg,
-                model_name=done.model.NAME,
-                model_parameters=parameters_json(done.model),
+                model_name=model["name"],
+                model_parameters=model["parameters"],
                 image_size=self.image_size,
-                corrected_size=done.model.corrected_size,
+                corrected_size=corrected_size,
                 observations=tuple(o.to_json() for o in self.observations),
                 options=dict(self.options)
                 if not self.chooses
-                else known_options(done.model.NAME, self.options),
-                report=done.report,
+                else known_options(model["name"], self.options),
+                report=report,
                 created_at="",
                 software=f"touchline {__version__}",
                 snapshot=self.snapshot,

@@ -129,6 +129,17 @@ def calibrate_recommended(
     return replace(result, report=report)
 
 
+def not_compared() -> ModelChoice:
+    """Return the choice of the most probable lens, made before the models were compared."""
+    return ModelChoice(
+        recommended=None,
+        reason=say(
+            "comparison.not-made", "The most probable lens. The models have not been compared."
+        ),
+        ranking=[],
+    )
+
+
 def calibrate_most_probable(
     observations: Observations,
     field: Field,

@@ -11,7 +11,9 @@ import {
 } from "../../core/document.js";
 import { Stopped, followJob, runJob } from "../../core/jobs.js";
 import { lensOpen } from "../../core/folds.js";
-import { editing, model, models, snapshot } from "../../core/state.js";
+import { comparing, editing, model, models, snapshot } from "../../core/state.js";
+import { gate } from "../verify/checks.js";
+import { isSaved, isUncompared } from "../versions/versions.js";
 import { fitBody, preview, stale } from "./fitting.js";
 
 const PAUSE_MS = 400; // seven fits and their cross-validation are not asked for at pointer rate
@@ -133,9 +135,13 @@ export function useModel(name) {
 /** Leave the choice to the server. */
 export const useAutomaticModel = () => change(withAutomaticModel(doc.value));
 
-const isShown = () => editing.value && lensOpen.value;
+/** While the models are unfolded; and for a version that was saved before they were compared, once it is checked. */
+const isShown = () =>
+  editing.value
+    ? lensOpen.value
+    : comparing.value && isSaved.value && isUncompared.value && gate.value !== "wait";
 
-/** Keep the ranking up to date while the models are unfolded, from now on. */
+/** Keep the ranking up to date while it is wanted, from now on. */
 export function startRanking() {
   let timer = 0;
   effect(() => {

@@ -73,7 +73,7 @@ export const STOPS = [
   {
     id: "drawing",
     step: "field",
-    at: "aside.left .field",
+    at: "aside.right .field",
     title: t("help.stop.drawing.title"),
     more: "conventions.md#the-field",
     done: () => region.value !== null,

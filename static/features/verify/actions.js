@@ -1,11 +1,12 @@
 // Activating the version on show: the server asks back where something stands against it.
 import { computed } from "@preact/signals";
 import { go } from "../../core/route.js";
-import { comparing } from "../../core/state.js";
+import { busy, comparing } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { activateCalibration } from "../versions/activate.js";
 import { isSaved, version } from "../versions/versions.js";
 import { gate } from "./checks.js";
+import { offer, saveRecommended } from "./model_offer.js";
 
 /** Activate it, and go back to the cameras. */
 async function activateShown() {
@@ -35,5 +36,13 @@ export const VERIFY_ACTIONS = [
     group: "steps",
     run: () => void activateShown(),
     enabled: () => isSaved.value && !version.value?.active && gate.value !== "wait",
+  },
+  {
+    id: "save-recommended",
+    label: t("verify.action.save-recommended"),
+    short: t("verify.action.save-recommended.short"),
+    group: "steps",
+    run: () => void saveRecommended(),
+    enabled: () => offer.value.better !== null && !busy.value,
   },
 ];

@@ -1,8 +1,7 @@
 // Saved versions of the calibration of this picture: immutable.
 import { computed, signal } from "@preact/signals";
-import { call, changeSeen } from "../../core/api.js";
+import { call, changeSeen, request } from "../../core/api.js";
 import { doc, isEqual } from "../../core/document.js";
-import { Stopped, runJob } from "../../core/jobs.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { goToStep } from "../../core/route.js";
 import { busy, models, notifyError, rotation, snapshot } from "../../core/state.js";
@@ -13,7 +12,7 @@ import { fitBody, fittedPoints } from "../calibrate/fitting.js";
 export const version = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
 export const versions = signal(/** @type {import("../../core/types").Calibration[]} */ ([]));
 export const revision = signal(0);
-/** The way to stop the saving that is under way: an automatic model is a comparison of all. */
+/** The way to stop the saving that is under way: a fit of many points takes a while. */
 export const saving = signal(/** @type {AbortController | null} */ (null));
 
 /** Whether the saved version is what the document says now. */
@@ -35,6 +34,11 @@ export const isSaved = computed(() => {
   );
 });
 
+/** Whether its model was chosen before the models were compared. */
+export const isUncompared = computed(
+  () => version.value?.report.model_choice?.ranking.length === 0,
+);
+
 /**
  * Options that say something, in one order; a lens by its id, for a version keeps the lens itself.
  * @param {Record<string, any>} options
@@ -55,7 +59,8 @@ const optionsOf = (name, options) => {
 /** @param {import("../../core/types").Observation} o */
 const plain = ({ feature, kind, points, z_mm = 0 }) => [feature, kind, points, z_mm];
 
-/** Save what the document gives as a new version, unless the newest one is just that; then compare. */
+/** Save what the document gives as a new version, unless the newest one is just that; then compare. It is saved as the
+ * present fit shows it: which model is best is found out afterwards. */
 export async function saveVersion() {
   if (busy.value) return; // asked for twice, it would be two versions
   if (!isSaved.value) {
@@ -65,23 +70,17 @@ export async function saveVersion() {
     saving.value = stop;
     try {
       const camera = snapshot.value?.camera;
-      const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}) };
-      const { calibration } = await runJob(
-        "/calibrations?job=true",
-        body,
-        stop.signal,
-        ({ progress }) => {
-          busy.value = t("versions.saving-progress", { share: Math.round(100 * progress) });
-        },
-      );
-      const saved = await call("GET", `/calibrations/${calibration}`);
+      const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}), compare: false };
+      const saved = await (
+        await request("POST", "/calibrations", { json: body, stop: stop.signal })
+      ).json();
       const isLeft = () => snapshot.value?.id !== picture; // then it stands among that picture's versions
       if (isLeft()) return;
       version.value = saved;
       await list();
       if (isLeft()) return;
     } catch (error) {
-      if (!(error instanceof Stopped)) notifyError(error);
+      if (!stop.signal.aborted) notifyError(error);
       return;
     } finally {
       busy.value = "";

@@ -20,7 +20,7 @@ from touchline.api.dependencies import (
     in_thread,
 )
 from touchline.api.middleware.problems import json_bytes
-from touchline.api.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
+from touchline.api.requests import AsJob, CompareRequest, Cursor, Id, IdQuery, Limit, SaveRequest
 from touchline.api.responses import (
     Json,
     JsonText,
@@ -51,7 +51,13 @@ from touchline.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_fil
 from touchline.services.result_savers import save_new_version
 from touchline.store.calibrations import NOTHING_ACTIVE, FoundVersion, version_etag
 from touchline.store.store import Store
-from touchline.workflows.calibration_request import run_compare, run_fit
+from touchline.workflows.calibration_request import (
+    CalibrationRequest,
+    run_attempt,
+    run_compare,
+    run_fit,
+    run_preview,
+)
 from touchline.workflows.interchange import export, formats
 from touchline.workflows.model_choice import Ranking
 
@@ -145,23 +151,20 @@ IMPORT_BODY = {"requestBody": upload({option: {"type": "string"} for option in O
 
 @router.post("", status_code=201, response_model=schemas.Calibration, responses=schemas.ACCEPTED)
 async def create_calibration(
-    request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest, job: AsJob = False
+    request: Request, services: ServicesDep, by: OperatorDep, body: SaveRequest, job: AsJob = False
 ) -> Response:
     """Fit, evaluate and save a new version of a camera's calibration. Nothing is saved if anything fails.
 
     With ?job=true a job, whose result is {"calibration": id}.
     """
     task = await services.run_in_thread(fit_task, services, body, (body.model,))
-    spec = {"task": task.to_json()}
+    spec = {"task": task.to_json(), "compare": body.compare}
     if not job and task.n_points <= FEW_POINTS:
-        processes = services.comparisons if task.chooses else services.fits
-        record_json = await processes.run(
-            run_fit, spec, (await caller_of(request)).address, request.is_disconnected
-        )
+        is_compared = task.chooses and body.compare
+        fit = _fit_after_comparing if is_compared else _fit_as_previewed
+        calibration = await fit(request, services, task)
         return _created(
-            await services.run_in_thread(
-                save_new_version, services.store, Calibration.from_json(json.loads(record_json)), by
-            )
+            await services.run_in_thread(save_new_version, services.store, calibration, by)
         )
     return await finished_or_queued(
         request,
@@ -174,6 +177,31 @@ async def create_calibration(
         {"by": by},
         lambda record_json: _created(services.store.calibrations.get(record_json["calibration"])),
     )
+
+
+async def _fit_after_comparing(
+    request: Request, services: Services, task: CalibrationRequest
+) -> Calibration:
+    address = (await caller_of(request)).address
+    record_json = await services.comparisons.run(
+        run_fit, {"task": task.to_json()}, address, request.is_disconnected
+    )
+    return Calibration.from_json(json.loads(record_json))
+
+
+async def _fit_as_previewed(
+    request: Request, services: Services, task: CalibrationRequest
+) -> Calibration:
+    """Return the fit of POST /fit/attempt: a page that has just shown it need not wait for a second one."""
+    address = (await caller_of(request)).address
+    spec = {"task": task.to_json(), "quick": False, "mesh_margin_px": None}
+    attempt = await services.fits.run(run_attempt, spec, address, request.is_disconnected)
+    preview = json.loads(attempt)["preview"]
+    if preview is None:  # the same fit raises why
+        preview = json.loads(
+            await services.fits.run(run_preview, spec, address, request.is_disconnected)
+        )
+    return task.record_preview(preview)
 
 
 def _created(calibration: Calibration) -> Json:

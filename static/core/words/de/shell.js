@@ -15,6 +15,7 @@ export default /** @type {const} */ ({
   "shell.events.by": "Von {name}.",
   "shell.events.recent": "Zuletzt",
   "shell.events.title": "Letzte Ereignisse",
+  "shell.help": "Handbuch",
   "shell.keys.add": "hinzufügen",
   "shell.keys.all": "alle Tasten",
   "shell.keys.blink": "blinken",

@@ -15,6 +15,7 @@ export default /** @type {const} */ ({
   "shell.events.by": "By {name}.",
   "shell.events.recent": "Recent",
   "shell.events.title": "Recent events",
+  "shell.help": "Manual",
   "shell.keys.add": "add",
   "shell.keys.all": "all keys",
   "shell.keys.blink": "blink",

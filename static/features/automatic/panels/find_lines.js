@@ -67,8 +67,8 @@ export function FindLines() {
               ? t("calibrate.find-lines-panel.not-sure")
               : t("calibrate.find-lines-panel.nothing-added")
         }
-      </b>${" "}
-      ${said.verdict.sentence} ${said.verdict.fix}
+      </b>
+      ${(!said.points || said.verdict.fix) && ` ${said.verdict.sentence} ${said.verdict.fix}`}
     </p>
     <${Fixes} trouble=${said.verdict} />
     ${ANOTHER_FIELD.has(said.verdict.reason) && html`<${ProposeField} />`}`

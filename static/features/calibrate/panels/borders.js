@@ -8,8 +8,8 @@ import { keyLabel } from "../../../core/keys.js";
 import { active, field, model } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { Fold } from "../../../ui/fold.js";
 import { Title } from "../../../ui/title.js";
-import { FindLines } from "../../automatic/panels/find_lines.js";
 import { activateFeature } from "../editing.js";
 import { isOffArea, lineUnder } from "../field_sides.js";
 import { curves, isCurve, preview, stale } from "../fitting.js";
@@ -18,39 +18,38 @@ import { acceptProposed, canPropose, offered } from "../line_suggestions.js";
 const SIDE = /-(left|right|top|bottom)$/; // the field's own: in a rotated image it would contradict the border's
 
 export function BordersPanel() {
-  const clicked = doc.value.observations
-    .map((o) => o.feature)
-    .filter((f) => typeof f === "string" && !BORDERS.includes(/** @type {any} */ (f)));
-  const inside = [
-    ...new Set([
-      ...clicked,
-      ...(BORDERS.includes(/** @type {any} */ (active.value)) ? [] : [active.value]),
-    ]),
-  ];
-  return html`
-    <${FindLines} />
-    <${Along} />
-    <section aria-label=${t("calibrate.borders.title")}>
-      <${Title} of="borders">${t("calibrate.borders.title")}<//>
-      <ul class="features" data-testid="borders">
-        ${BORDERS.map((border) => html`<${BorderRow} key=${border} border=${border} />`)}
-      </ul>
-      <${Degree} />
-    </section>
-    <section aria-label=${t("calibrate.borders.inside")}>
-      <${Title} of="inside">${t("calibrate.borders.inside-title")}<//>
+  const count = BORDERS.reduce((sum, border) => sum + pointsOf(doc.value, border).length, 0);
+  return html`<section aria-label=${t("calibrate.borders.title")}>
+    <${Title} of="borders" value=${t("common.points", { count })}>${t("calibrate.borders.title")}<//>
+    <ul class="features" data-testid="borders">
+      ${BORDERS.map((border) => html`<${BorderRow} key=${border} border=${border} />`)}
+    </ul>
+    <${Degree} />
+  </section>`;
+}
+
+/** Lines, arcs and landmarks inside the field. */
+export function InsidePanel() {
+  const isInside = (/** @type {string | number} */ f) => !BORDERS.includes(/** @type {any} */ (f));
+  const clicked = doc.value.observations.flatMap(({ feature }) =>
+    typeof feature === "string" && isInside(feature) ? [feature] : [],
+  );
+  const inside = [...new Set([...clicked, ...(isInside(active.value) ? [active.value] : [])])],
+    count = clicked.reduce((sum, feature) => sum + pointsOf(doc.value, feature).length, 0);
+  return html`<section aria-label=${t("calibrate.borders.inside")}>
+    <${Fold}
+      id="inside"
+      title=${t("calibrate.borders.inside-title")}
+      value=${t("common.points", { count })}
+      isWanted=${isInside(active.value)}
+    >
+      <${Title} of="inside">${t("calibrate.borders.inside")}<//>
       <ul class="features">
         ${inside.map((feature) => html`<${InsideRow} key=${feature} feature=${feature} />`)}
       </ul>
       <${AddInside} />
-    </section>
-    <div class="line">
-      <${ActionButton}
-        id="clear"
-        label=${t("calibrate.borders.clear", { feature: lineName(active.value) })}
-      />
-    </div>
-  `;
+    <//>
+  </section>`;
 }
 
 /** @param {{ border: import("../../../core/types").Border }} props */
@@ -109,8 +108,8 @@ function InsideRow({ feature }) {
   </li>`;
 }
 
-/** Points all along the active line: looked for, shown, and added when the operator says so. */
-function Along() {
+/** Points all along the active line: looked for, shown, and added when the operator says so; or all of them taken off. */
+export function Along() {
   const items = offered.value,
     name = lineName(active.value),
     count = items.reduce((sum, it) => sum + it.points.length, 0);
@@ -138,12 +137,13 @@ function Along() {
         <${ActionButton} id="discard" />
       </div>
     </div>`;
-  return (
-    canPropose.value &&
-    html`<div class="line along">
-      <${ActionButton} id="propose" label=${t("calibrate.borders.find-along", { feature: name })} />
-    </div>`
-  );
+  return html`<div class="line along">
+    ${
+      canPropose.value &&
+      html`<${ActionButton} id="propose" label=${t("calibrate.borders.find-along", { feature: name })} />`
+    }
+    <${ActionButton} id="clear" label=${t("calibrate.borders.clear", { feature: name })} />
+  </div>`;
 }
 
 /** Any line, arc or landmark that is painted. */
@@ -216,6 +216,7 @@ function Degree() {
     </label>`
     }
     ${
+      isChosen &&
       isCurve(curve) &&
       html`<p class="reason" data-testid="degree-reason">
       <b>

@@ -185,7 +185,7 @@ const details = (row) =>
     .map(([what, value]) => [what, value]);
 
 /** How far the comparison is, or how to begin it again. */
-function Comparing() {
+export function Comparing() {
   const now = comparison.value,
     why = notCompared.value?.why;
   if (now)

@@ -6,9 +6,9 @@ import { addressOf } from "../../../core/route.js";
 import { field, fields, region, rotation } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { Fold } from "../../../ui/fold.js";
 import { Title } from "../../../ui/title.js";
 import { changePlace } from "../../automatic/find_lines.js";
-import { FindLines } from "../../automatic/panels/find_lines.js";
 import { onField } from "../editing.js";
 import { FieldDrawing } from "./field_drawing.js";
 
@@ -26,8 +26,7 @@ const ADVICE = [
 
 export function FieldPanel() {
   const f = field.value;
-  return html`<${FindLines} />
-  <section aria-label=${t("calibrate.picture.field")}>
+  return html`<section aria-label=${t("calibrate.picture.field")}>
     <${Title} of="field">${t("calibrate.picture.field")}<//>
     <label class="pair tall">
       <span>${t("calibrate.picture.field")}</span>
@@ -74,15 +73,12 @@ export function FieldPanel() {
   </section>`;
 }
 
-/** The same in the steps where the field is settled: to choose another one, go back. */
-export function FieldSummary() {
-  return html`<section aria-label=${t("calibrate.picture.field")}>
-    <h2>
-      ${field.value?.title}, ${areaName(region.value?.name ?? "")}
-    </h2>
+/** The same where the field is settled: to choose another one, go back. */
+export const FieldFold = () =>
+  region.value &&
+  html`<${Fold} id="field" title=${t("calibrate.picture.field")} value=${`${field.value?.title}, ${areaName(region.value.name)}`}>
     <${FieldDrawing} />
-  </section>`;
-}
+  <//>`;
 
 function Turn() {
   const r = region.value;

@@ -1,4 +1,4 @@
-// The verdict on the clicks: a length first, a sentence second, details third; every warning with its fix.
+// The verdict on the present points: a length first, a sentence second, details third; every warning with its fix.
 import { doc } from "../../../core/document.js";
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -7,7 +7,6 @@ import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { askedHeight, robotTopsMm } from "../camera_height.js";
 import { preview, refusal, stale } from "../fitting.js";
-import { isSaved } from "../../versions/versions.js";
 import { Distortion } from "./distortion.js";
 import { LEVEL } from "./levels.js";
 import { LensModel } from "./model.js";
@@ -15,14 +14,13 @@ import { OptionField } from "./options.js";
 import { Residuals } from "./residuals.js";
 import { Fixes, Warnings } from "./warnings.js";
 
-/** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
-export function Verdict({ report }) {
-  const it = report ?? preview.value?.report,
-    why = report ? null : refusal.value;
+export function Verdict() {
+  const it = preview.value?.report,
+    why = refusal.value;
   return html`<section aria-label=${t("common.verdict")}>
     <${Title} of="verdict">${t("common.verdict")}<//>
     <div
-      class=${`verdict${!report && stale.value ? " stale" : ""}`}
+      class=${`verdict${stale.value ? " stale" : ""}`}
       data-testid="verdict"
       data-level=${it?.verdict.level ?? ""}
       aria-live="polite"
@@ -112,23 +110,21 @@ export function Verdict({ report }) {
       }
     </div>
     ${
-      !report &&
       askedHeight.value &&
       html`<div class="question" data-testid="camera-height">
       <h3>${t("calibrate.verdict.camera-height")}</h3>
       <${OptionField} option=${askedHeight.value} />
     </div>`
     }
-    ${it && html`<${Warnings} warnings=${it.warnings} canFix=${!report || isSaved.value} />`}
+    ${it && html`<${Warnings} warnings=${it.warnings} canFix=${true} />`}
   </section>`;
 }
 
 /**
- * All that is known of a fit.
+ * What else is known of a fit, a line each until it is asked for.
  * @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one
  */
-export const Figures = ({ report }) => html`
-  <${Verdict} report=${report} />
+export const Details = ({ report }) => html`
   ${editing.value && html`<${LensModel} />`}
   <${Distortion} report=${report} />
   ${(report || doc.value.observations.length > 0) && html`<${Residuals} report=${report} />`}

@@ -1,18 +1,12 @@
-// The whole page: the rail, the top bar, what to do at the left, the view in the middle, results at the right, status.
+// The whole page: the rail, the top bar, the form at the left, the view in the middle, results at the right, status.
 import { computed, signal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { filePicker } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
-import { camera, help, namedCamera, opening, step } from "../../../core/state.js";
+import { camera, help, namedCamera, opening } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
-import { DockedLoupe } from "../../../canvas/layers/loupe.js";
 import { Stage } from "../../../canvas/stage.js";
-import { preview } from "../../calibrate/fitting.js";
-import { BordersPanel } from "../../calibrate/panels/borders.js";
-import { FieldPanel, FieldSummary, PictureHelp } from "../../calibrate/panels/picture.js";
-import { Presence } from "../../calibrate/panels/presence.js";
-import { Figures } from "../../calibrate/panels/verdict.js";
 import { openFile } from "../../calibrate/pictures.js";
 import { HeatLegend } from "../../compare/panels/heat.js";
 import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
@@ -23,15 +17,13 @@ import { tour } from "../../help/tour.js";
 import { current } from "../steps.js";
 import { ACCEPTED } from "../../versions/imports.js";
 import { ActivationWarning } from "../../versions/panels/activation_warning.js";
-import { ComparePanel, VersionsPanel } from "../../versions/panels/versions.js";
-import { version } from "../../versions/versions.js";
-import { Checklist } from "../../verify/panels/checklist.js";
 import { problems } from "../problems.js";
-import { viewNextStep } from "../next_steps.js";
+import { Guide } from "./guide.js";
 import { Notices } from "./notices.js";
 import { Palette } from "./palette.js";
 import { Rail } from "./rail.js";
 import { StatusBar } from "./status_bar.js";
+import { StepPanel } from "./step_panel.js";
 import { Tabs } from "./tabs.js";
 import { TopBar } from "./top_bar.js";
 import { shown } from "./views.js";
@@ -101,71 +93,26 @@ const Legends = () => html`
   <${HeatLegend} />
 `;
 
-/** What to do here, in one sentence, and the form for it; nothing where the view is a list. Its place is kept while a
- * picture is opened, so that nothing jumps. */
+/** What to do here, in one sentence, and the form for it; nothing where the view is a list. While calibrating, that
+ * is in the one panel at the right, and here is the manual, so that it covers nothing that it speaks of. */
 function Left() {
   const it = shown.value;
-  if (it && !it.Form && !tour.value.on) return null;
-  return html`<aside class="left" aria-label=${t("shell.left")}>
-    ${(it?.Form || !it) && !opening.value && html`<${Guide} />`}
-    <${Tour} />
-    ${!opening.value && (it?.Form ? html`<${it.Form} />` : !it && html`<${Step} /><${Presence} />`)}
+  if (it ? !it.Form && !tour.value.on : !help.value) return null;
+  return html`<aside class="left" aria-label=${it ? t("shell.left") : t("shell.help")}>
+    ${it?.Form && !opening.value && html`<${Guide} />`}
+    ${it ? html`<${Tour} />` : html`<${Help} />`}
+    ${it?.Form && !opening.value && html`<${it.Form} />`}
   </aside>`;
 }
 
-/** What is missing in this step, in one sentence. */
-function Guide() {
-  const it = shown.value,
-    { label } = it ?? current.value,
-    { done, sentence } = (it ? viewNextStep.value : current.value) ?? { done: false, sentence: "" };
-  return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">
-    ${(route.value.view === "match" || step.value) && html`<h1 class="sr">${label} – Touchline</h1>`}
-    <h2>${label}</h2>
-    <p data-testid="sentence">${sentence}</p>
-  </section>`;
-}
-
-function Step() {
-  switch (step.value) {
-    case "field":
-      return html`<${FieldPanel} />`;
-    case "points":
-      return html`
-        <${FieldSummary} />
-        <${BordersPanel} />
-      `;
-    default:
-      return html`
-        <${Checklist} />
-        <${ComparePanel} />
-        <${VersionsPanel} />
-      `;
-  }
-}
-
-/** What came of it; or the manual. */
+/** What came of it, or the manual; while calibrating, all that belongs to the step. */
 function Right() {
   const it = shown.value;
-  if (it && !it.Report && !help.value) return null;
+  if (!it) return html`<aside class="right" aria-label=${t("shell.left")}><${StepPanel} /></aside>`;
+  if (!it.Report && !help.value) return null;
   return html`<aside class="right" aria-label=${t("shell.right")}>
-    ${!it && html`<${DockedLoupe} />`}
-    ${
-      help.value
-        ? html`<${Help} />`
-        : !opening.value && (it ? html`<${it.Report} />` : html`<${StepResults} />`)
-    }
+    ${help.value ? html`<${Help} />` : !opening.value && html`<${it.Report} />`}
   </aside>`;
-}
-
-function StepResults() {
-  switch (step.value) {
-    case "field":
-      return preview.value ? html`<${Figures} />` : html`<${PictureHelp} />`;
-    case "points":
-      return html`<${Figures} />`;
-    default:
-      return version.value && html`<${Figures} report=${version.value.report} />`;
-  }
 }
 
 const openFirst = (/** @type {FileList} */ files) => openFile(files[0]);

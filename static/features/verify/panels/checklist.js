@@ -1,13 +1,19 @@
-// The checklist of a saved version: a headline, three figures, and a line for each check.
+// A saved version on one panel: a headline, three figures, what stands against it with its cures, and what passed in one
+// line that opens.
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { camera } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { robotTopsMm } from "../../calibrate/camera_height.js";
+import { Fixes, Warnings } from "../../calibrate/panels/warnings.js";
+import { Guide } from "../../shell/panels/guide.js";
+import { current } from "../../shell/steps.js";
 import { isSaved, version } from "../../versions/versions.js";
 import { checks, gate, problemCount, untestedCount } from "../checks.js";
 import { ChangeMap } from "./change_map.js";
+import { ModelOffer } from "./model_offer.js";
 
 /** Told apart by their shape, and their names for whoever hears the page. */
 const ICONS = {
@@ -27,26 +33,37 @@ const ICONS = {
 /** @type {Record<typeof gate.value, import("../types").CheckState>} */
 const GATE_ICONS = { ready: "ok", "not-tested": "unknown", problems: "bad", wait: "running" };
 
+/** Warnings of a fit that say what a check says as well: they are one entry. @type {Record<string, string>} */
+const SAME_CAUSE = Object.fromEntries(
+  ["height-unknown", "implausible-camera", "height-contradicted", "unusual-height"].map((w) => [
+    w,
+    "height",
+  ]),
+);
+
 export function Checklist() {
   const it = version.value;
-  if (!it) return null;
+  if (!it)
+    return html`
+      <${Guide} />
+      <div class="line"><${ActionButton} id="step-points" label=${t("verify.go-to-points")} /></div>
+    `;
   const { report } = it,
-    tops = robotTopsMm(report),
-    points = it.observations.reduce((sum, o) => sum + o.points.length, 0);
+    tops = robotTopsMm(report);
+  const passed = checks.value.filter((c) => c.state === "ok"),
+    open = checks.value.filter((c) => c.state !== "ok");
+  const causeOf = (/** @type {import("../types").Check} */ c) =>
+      report.warnings.find((w) => SAME_CAUSE[w.reason] === c.id),
+    others = report.warnings.filter((w) => !open.some((c) => SAME_CAUSE[w.reason] === c.id));
   return html`
     <section class="checklist" aria-label=${t("verify.checklist")} data-testid="checklist" data-gate=${gate.value}>
+      <h1 class="sr">${current.value.label} – Touchline</h1>
       <div class=${`headline ${gate.value}`} role="status">
         <${Icon} state=${GATE_ICONS[gate.value]} />
         <h2 data-testid="headline">${headline(it.active)}</h2>
-        <small>${t("verify.version-points", { version: it.version, count: points })}</small>
+        <small data-testid="sentence">${current.value.sentence}</small>
       </div>
-      ${
-        !isSaved.value &&
-        html`<p class="warning-line" data-testid="points-changed">
-        ${t("verify.points-changed")}
-      </p>`
-      }
-      <dl class="figures">
+      <dl class="figures" data-testid="verdict" data-level=${report.verdict.level}>
         <${Figure}
           value=${report.verdict.level === "unknown" ? null : mm(report.verdict.mm)}
           unit="mm"
@@ -58,13 +75,28 @@ export function Checklist() {
           unit="mm"
           of=${t("verify.figure.robot-tops")}
           level=${report.verdict.levels?.robot_tops}
+          test="robot-tops"
         />
-        <${Figure} value=${number(report.rms_px, 2)} unit="px" of=${t("verify.figure.residual")} />
+        <${Figure} value=${number(report.rms_px, 2)} unit="px" of=${t("verify.figure.residual")} test="rms-px" />
       </dl>
       <${Title} of="checks">${t("verify.checks")}<//>
       <ul class="checks">
-        ${checks.value.map((c) => html`<${Item} key=${c.id} it=${c} />`)}
+        ${open.map((c) => html`<${Item} key=${c.id} it=${c} cause=${causeOf(c)} />`)}
       </ul>
+      <${ModelOffer} />
+      <${Warnings} warnings=${others} canFix=${isSaved.value} />
+      ${
+        passed.length > 0 &&
+        html`<details class="fold" data-testid="fold-passed">
+        <summary>
+          <${Icon} state="ok" />
+          <h2>${t("verify.passed", { count: passed.length })}</h2>
+        </summary>
+        <ul class="checks">
+          ${passed.map((c) => html`<${Item} key=${c.id} it=${c} />`)}
+        </ul>
+      </details>`
+      }
     </section>
     <${ChangeMap} />
   `;
@@ -91,17 +123,19 @@ function headline(isActive) {
   }
 }
 
-/** @param {{ value: string | null, unit: string, of: string, level?: string | null }} props null: it is not known */
-const Figure = ({ value, unit, of, level = "" }) => html`<div>
-  <dd class=${`level ${level ?? ""}`}>
+/** @param {{ value: string | null, unit: string, of: string, level?: string | null, test?: string }} props null: it is
+ * not known */
+const Figure = ({ value, unit, of, level = "", test }) => html`<div>
+  <dd class=${`level ${level ?? ""}`} data-testid=${test}>
     ${value ?? "?"}
     ${value !== null && html`<small>${" "}${unit}</small>`}
   </dd>
   <dt>${of}</dt>
 </div>`;
 
-/** @param {{ it: import("../types").Check }} props */
-const Item = ({ it }) => html`<li
+/** cause: the fit's warning of the same, with what mends it.
+ * @param {{ it: import("../types").Check, cause?: import("../../../core/types").Warning }} props */
+const Item = ({ it, cause }) => html`<li
   class=${`${it.state} ${it.id}`}
   data-testid=${`check-${it.id}`}
   data-state=${it.state}
@@ -111,14 +145,10 @@ const Item = ({ it }) => html`<li
   ${it.value && html`<em>${it.value}</em>`}
   <p>
     ${it.state === "running" ? t("verify.checking") : it.text}
-    ${
-      it.fix &&
-      html`
-      ${" "}
-      ${it.href ? html`<a href=${it.href}>${it.fix}</a>` : it.fix}
-    `
-    }
+    ${!cause && it.fix && (it.href ? html` <a href=${it.href}>${it.fix}</a>` : ` ${it.fix}`)}
+    ${cause && ` ${cause.fix}`}
   </p>
+  ${cause && isSaved.value && html`<${Fixes} trouble=${cause} />`}
 </li>`;
 
 /** @param {{ state: import("../types").CheckState }} props */

@@ -1,84 +1,64 @@
 // Saved versions: what can be downloaded, which one the camera uses, and how to go back.
 import { correctedAddress } from "../../../canvas/layers/compare.js";
 import { address } from "../../../core/api.js";
-import { dayAndTime, mm, pct } from "../../../core/format.js";
+import { dayAndTime, mm } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { camera } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
-import { ActionButton } from "../../../ui/action_button.js";
+import { Fold } from "../../../ui/fold.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
+import { Details } from "../../calibrate/panels/verdict.js";
+import { isMapWanted } from "../../compare/heat.js";
 import { HeatPanel } from "../../compare/panels/heat.js";
 import { reportAddress } from "../../report/address.js";
 import { activateCalibration } from "../activate.js";
-import { annotateVersion, isSaved, version, versions } from "../versions.js";
+import { annotateVersion, version, versions } from "../versions.js";
 import { ExportMenu } from "./exports.js";
 
-export function ComparePanel() {
+/** What can be looked at, opened and downloaded of the version on show: a line each until it is asked for. */
+export function VersionTools() {
   const it = version.value;
-  if (!it)
-    return html`<section>
-      <h2>${t("versions.compare")}</h2>
-      <p class="dim">${t("versions.compare.nothing")}</p>
-      <div class="line">
-        <${ActionButton} id="step-points" label=${t("versions.compare.go-to-points")} />
-      </div>
-    </section>`;
-  const { before_pct, after_pct } = it.report.distortion;
+  if (!it) return null;
+  const now = versions.value.find((v) => v.active);
   return html`
-    <section aria-label=${t("versions.compare")}>
-      <${Title} of="compare">
-        ${t("versions.compare.version", { version: it.version, time: dayAndTime(it.created_at) })}
+    <div class="line">
+      <a class="as-button" data-testid="report" href=${reportAddress(it.id)} target="_blank" rel="noopener">
+        ${t("versions.report")}
+      </a>
+      <a class="as-button" data-testid="scene-link" href=${addressOf("scene", { scene: it.id })}>
+        ${t("versions.scene")}
+      </a>
+    </div>
+    <div class="folds">
+      <${Fold} id="map" title=${t("compare.heat.panel")} isWanted=${isMapWanted.value}>
+        <p class="dim">${t("versions.compare.how")}</p>
+        <${HeatPanel} />
       <//>
-      ${
-        !isSaved.value &&
-        html`<p class="warning-line" data-testid="changed">
-        ${t("versions.compare.changed")}
-      </p>`
-      }
-      <ul class="plain facts">
-        <li>
-          ${t("versions.compare.corrected")}${" "}
-          <b>
-            ${it.corrected_size[0]} × ${it.corrected_size[1]} px
-          </b>
-        </li>
-        <li>
-          ${t("common.distortion")}${" "}
-          <b>
-            ${pct(before_pct)} % → ${pct(after_pct)} %
-          </b>
-        </li>
-      </ul>
-      <p class="dim">
-        ${t("versions.compare.how")}
-      </p>
-    </section>
-    <${HeatPanel} />
+      <${Details} report=${it.report} />
+      <${Fold}
+        id="versions"
+        title=${t("versions.versions")}
+        value=${now ? t("versions.now-active", { version: now.version }) : t("versions.none-active")}
+      >
+        <${Versions} />
+      <//>
+      <${Fold} id="export" title=${t("versions.export")}>
+        <${Downloads} it=${it} />
+      <//>
+    </div>
   `;
 }
 
-export function Downloads() {
-  const it = version.value;
-  if (!it) return null;
+/** @param {{ it: import("../../../core/types").Calibration }} props */
+function Downloads({ it }) {
   const name = `touchline-v${it.version}`,
+    [width, height] = it.corrected_size,
     link = (/** @type {string} */ format) => address(`/calibrations/${it.id}/export/${format}`);
-  return html`<section aria-label=${t("versions.downloads")}>
+  return html`<section aria-label=${t("versions.export")}>
     <${Title} of="downloads">${t("versions.downloads.title")}<//>
     <ul class="plain downloads">
-      <li>
-        <a data-testid="report" href=${reportAddress(it.id)} target="_blank" rel="noopener">
-          ${t("versions.downloads.report")}
-        </a>
-        <small>${t("versions.downloads.report.holds")}</small>
-      </li>
-      <li>
-        <a data-testid="scene-link" href=${addressOf("scene", { scene: it.id })}>
-          ${t("versions.downloads.scene")}
-        </a>
-        <small>${t("versions.downloads.scene.holds")}</small>
-      </li>
       <li>
         <a data-testid="download-json" href=${link("json")} download=${`${name}.json`}>
           ${t("versions.downloads.json")}
@@ -95,6 +75,7 @@ export function Downloads() {
         <a data-testid="download-png" href=${correctedAddress(it.id, "png")} download=${`${name}.png`}>
           ${t("versions.downloads.png")}
         </a>
+        <small>${width} × ${height} px</small>
       </li>
     </ul>
     <${ExportMenu} it=${it} />
@@ -120,7 +101,7 @@ function Note() {
   );
 }
 
-export function VersionsPanel() {
+function Versions() {
   return html`
     <section aria-label=${t("versions.versions")}>
       <${Title} of="versions">
@@ -174,6 +155,5 @@ export function VersionsPanel() {
       }
     </section>
     <${Note} />
-    <${Downloads} />
   `;
 }

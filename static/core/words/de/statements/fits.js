@@ -5,6 +5,7 @@ export default {
   "comparison.best": "{model}: {mm} mm im Feld mit {n} Parametern; das nächstbeste ist {other} mit {other_mm} mm.",
   "comparison.no-distortion": "Keine signifikante Verzeichnung.",
   "comparison.not-compared": "Kein physikalisches Objektivmodell passt; der Fehler im Feld wurde nicht verglichen.",
+  "comparison.not-made": "Das wahrscheinlichste Objektiv. Die Modelle wurden noch nicht verglichen.",
   "comparison.nothing": "Kein Modell konnte kreuzvalidiert werden. Fügen Sie Punkte hinzu, auch im Inneren des Felds.",
   "comparison.simpler": "{model}: {mm} mm im Feld mit {n} Parametern; {other} ({other_mm} mm) ist nicht signifikant besser und hat mehr Parameter.",
   "corners.order": "Die Ecken laufen nicht im Uhrzeigersinn um den abgedeckten Bereich.",
