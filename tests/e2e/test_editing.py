@@ -1,7 +1,5 @@
 """Editing points: every change can be undone, moved finely, and is drawn at once."""
 
-import re
-
 import pytest
 from playwright.sync_api import expect
 

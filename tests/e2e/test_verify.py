@@ -276,10 +276,10 @@ def test_a_version_is_saved_before_the_models_are_compared_and_a_better_one_is_o
     assert operator.draft()["model"] == second["model"]["name"]
 
 
-@pytest.mark.browser_context_args(viewport={"width": 1440, "height": 900})
 def test_the_picture_has_two_thirds_of_the_window_and_every_border_is_in_sight(clicked):
     operator = clicked("brown-conrady")
     page = operator.page
+    page.set_viewport_size({"width": 1440, "height": 900})
     for border in BORDERS:
         expect(page.get_by_test_id(f"border-{border}")).to_be_in_viewport(ratio=1)
     for go in (
