@@ -108,7 +108,7 @@ function InsideRow({ feature }) {
   </li>`;
 }
 
-/** Points all along the active line: looked for, shown, and added when the operator says so; or all of them taken off. */
+/** Points all along the active line: looked for, shown, and added when the operator says so; or all taken off. */
 export function Along() {
   const items = offered.value,
     name = lineName(active.value),

@@ -74,11 +74,13 @@ export function FieldPanel() {
 }
 
 /** The same where the field is settled: to choose another one, go back. */
-export const FieldFold = () =>
-  region.value &&
-  html`<${Fold} id="field" title=${t("calibrate.picture.field")} value=${`${field.value?.title}, ${areaName(region.value.name)}`}>
+export function FieldFold() {
+  if (!field.value || !region.value) return null;
+  const name = `${field.value.title}, ${areaName(region.value.name)}`;
+  return html`<${Fold} id="field" title=${t("calibrate.picture.field")} value=${name}>
     <${FieldDrawing} />
   <//>`;
+}
 
 function Turn() {
   const r = region.value;

@@ -1,5 +1,5 @@
-// A saved version on one panel: a headline, three figures, what stands against it with its cures, and what passed in one
-// line that opens.
+// A saved version on one panel: a headline, three figures, what stands against it with its cures, and what passed in
+// one line that opens.
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { camera } from "../../../core/state.js";

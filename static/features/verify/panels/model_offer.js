@@ -10,20 +10,19 @@ import { offer } from "../model_offer.js";
 export function ModelOffer() {
   const { isComparing, better } = offer.value;
   if (isComparing) return html`<${Comparing} />`;
-  return (
-    better &&
-    html`<div class="question" data-testid="model-offer" role="status">
+  if (!better) return null;
+  const name = modelTitle(better.name);
+  return html`<div class="question" data-testid="model-offer" role="status">
       <p>
         ${t("verify.better-model", {
-          model: modelTitle(better.name),
+          model: name,
           mm: mm(better.mm),
           now: modelTitle(better.former),
           now_mm: mm(better.former_mm),
         })}
       </p>
       <div class="line">
-        <${ActionButton} id="save-recommended" label=${t("calibrate.model-table.use", { model: modelTitle(better.name) })} />
+        <${ActionButton} id="save-recommended" label=${t("calibrate.model-table.use", { model: name })} />
       </div>
-    </div>`
-  );
+    </div>`;
 }
