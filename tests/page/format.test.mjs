@@ -48,3 +48,11 @@ test("a time is told from now, and after an hour by the clock", () => {
 test("a length that reads well is the next one below", () => {
   assert.deepEqual([0.3, 1, 4.9, 5, 99, 200].map(format.roundDown), [0.2, 1, 2, 5, 50, 200]);
 });
+
+test("a name too long for its place loses its middle, and one that fits nothing", () => {
+  const { shortened } = format;
+  assert.equal(shortened("East camera, tilted", 22), "East camera, tilted");
+  assert.equal(shortened("Overhead camera, barrel lens", 22), "Overhead ca…arrel lens");
+  assert.equal([...shortened("x".repeat(60), 22)].length, 22);
+  assert.equal([...shortened("🎥".repeat(30), 22)].length, 22);
+});

@@ -48,6 +48,7 @@ export const NumberInput = ({
             level: "warn",
             text: t("field-editor.not-a-number", { label }),
             fix: t("field-editor.not-a-number-fix"),
+            about: `entry/${entry}`,
           });
         return edit((doc) => set(doc, number));
       }}
