@@ -10,9 +10,12 @@ export function number(value, digits = 1) {
   return (value < 0 && !isZero ? "−" : "") + grouped + (part ? POINT + part : "");
 }
 
+const LEAST_MM = 0.05; // below, one digit would say nothing
 /** Millimetres with as many digits as anybody can use. @param {number | null | undefined} value */
 export const mm = (value) =>
-  number(value, value !== null && value !== undefined && Math.abs(value) >= 10 ? 0 : 1);
+  value && Math.abs(value) < LEAST_MM
+    ? `< ${number(0.1)}`
+    : number(value, value !== null && value !== undefined && Math.abs(value) >= 10 ? 0 : 1);
 
 /** @param {number | null | undefined} value */
 export const pct = (value) =>

@@ -124,7 +124,10 @@ export function notify(notice) {
 const isReplaced = (old, { text, about }) =>
   old.text === text || (about !== undefined && old.about === about);
 
-/** Remove what is no longer so. @param {string} about @param {import("./types").Notice["level"]} [level] of these only */
+/**
+ * Remove what is no longer so.
+ * @param {string} about @param {import("./types").Notice["level"]} [level] of these only
+ */
 export function retract(about, level) {
   const left = notices.value.filter((n) => n.about !== about || (level && n.level !== level));
   if (left.length < notices.value.length) notices.value = left;

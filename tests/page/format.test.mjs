@@ -19,7 +19,14 @@ test("what is not known is a dash", () => {
 });
 
 test("millimetres have as many digits as anybody can use, and a share says whether it is more or less", () => {
-  assert.deepEqual([0.04, 9.96, 10, -12.6].map(format.mm), ["0.0", "10.0", "10", "−13"]);
+  assert.deepEqual([0.04, 0, 0.05, 9.96, 10, -12.6].map(format.mm), [
+    "< 0.1",
+    "0.0",
+    "0.1",
+    "10.0",
+    "10",
+    "−13",
+  ]);
   assert.deepEqual([1.234, -1.234, 0.004].map(format.pct), ["+1.23", "−1.23", "0.00"]);
 });
 

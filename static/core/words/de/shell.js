@@ -115,7 +115,7 @@ export default /** @type {const} */ ({
   "shell.sentence.choose-shown": "Die Linien passen zu mehreren. Wählen Sie, worüber die Kamera hängt.",
   "shell.sentence.computing": "Die Anpassung wird berechnet.",
   "shell.sentence.detecting": "Die Feldlinien werden erkannt.",
-  "shell.sentence.fit-complete": "Anpassung fertig. Die Genauigkeit steht rechts.",
+  "shell.sentence.fit-complete": "Anpassung fertig. Die Genauigkeit steht im Seitenbereich.",
   "shell.sentence.mark": { one: "Markieren Sie {count} Punkt: {border}.", other: "Markieren Sie {count} Punkte: {border}." },
   "shell.sentence.mark-more": { one: "Markieren Sie {count} weiteren Punkt: {border}.", other: "Markieren Sie {count} weitere Punkte: {border}." },
   "shell.sentence.no-image": "Es ist kein Bild geöffnet.",

@@ -115,7 +115,7 @@ export default /** @type {const} */ ({
   "shell.sentence.choose-shown": "The lines match more than one. Choose the one that the camera is above.",
   "shell.sentence.computing": "Computing the fit.",
   "shell.sentence.detecting": "Detecting the field lines.",
-  "shell.sentence.fit-complete": "Fit complete. See the accuracy on the right.",
+  "shell.sentence.fit-complete": "Fit complete. See the accuracy in the panel.",
   "shell.sentence.mark": { one: "Mark {count} point along the {border}.", other: "Mark {count} points along the {border}." },
   "shell.sentence.mark-more": { one: "Mark {count} more point along the {border}.", other: "Mark {count} more points along the {border}." },
   "shell.sentence.no-image": "No image is open.",
