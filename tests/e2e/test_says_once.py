@@ -4,7 +4,6 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, press_activate
-from tests.support.demo_cameras import CAMERAS
 from tests.support.words import like, t
 
 PLACES = ("cameras", "field", "lenses", "library", "system")
@@ -25,7 +24,7 @@ def activate(page, version: int) -> None:
     press_activate(page, shelf.get_by_test_id("shelf-activate"))
 
 
-def test_activate_undo_activate_leaves_one_notice_and_one_that_was_read_goes(
+def test_activate_undo_activate_leaves_one_notice(
     page, own_server, two_versions
 ):
     page.goto(f"{own_server.url}/#/cameras/table/versions")
@@ -40,11 +39,8 @@ def test_activate_undo_activate_leaves_one_notice_and_one_that_was_read_goes(
 
 
 def test_bell_status_bar_rail_and_system_page_count_the_same_problems(page, own_server):
-    gone = {**CAMERAS[0], "id": "gone", "name": "Gone", "source": "rtsp://127.0.0.1:9/gone"}
-    assert own_server.api("POST", "/cameras", json=gone).ok
-    page.goto(f"{own_server.url}/#/system/server")
-    expect(page.get_by_test_id("bell")).to_have_attribute("data-level", "bad", timeout=LONG_MS)
-    expect(page.get_by_test_id("health-elsewhere")).to_contain_text("Gone", timeout=LONG_MS)
+    page.goto(f"{own_server.url}/#/system/server")  # no camera is calibrated yet
+    expect(page.get_by_test_id("health-elsewhere")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_text(t("settings.health.good"), exact=True)).to_have_count(0)
     counts = page.evaluate(
         """(places) => {
@@ -63,4 +59,4 @@ def test_bell_status_bar_rail_and_system_page_count_the_same_problems(page, own_
     )
     assert len(set(counts)) == 1 and counts[0] > 0, counts
     levels = [page.get_by_test_id(it) for it in ("bell", "status", "dot-cameras")]
-    assert [it.get_attribute("data-level") for it in levels] == ["bad"] * 3
+    assert [it.get_attribute("data-level") for it in levels] == ["warn"] * 3

@@ -55,7 +55,8 @@ export async function importFile(file) {
     const { message, fix = t("versions.import.failed.fix") } =
       /** @type {Error & { fix?: string }} */ (error);
     imported.value = { name, kept: null, why: { detail: `${name}: ${message}`, fix } };
-    notify({ level: "warn", text: `${name}: ${message}`, fix, about: ABOUT }); // the file may have been dropped far from the button
+    // the file may have been dropped far from the button
+    notify({ level: "warn", text: `${name}: ${message}`, fix, about: ABOUT });
   } finally {
     busy.value = "";
   }

@@ -96,13 +96,14 @@ const Steps = () => html`<nav class="steps" aria-label=${t("shell.steps.title")}
   </ol>
 </nav>`;
 
-const NAME_CHARACTERS = 22;
-/** What the button says, on two lines at most: cameras with long names are shortened. @param {string} label */
+const LABEL_CHARACTERS = 36, // on two lines, where the bar is narrow
+  MIN_NAME_CHARACTERS = 12;
+/** What the button says: cameras with long names are shortened. @param {string} label */
 const fitting = (label) =>
-  cameras.value.reduce(
-    (text, { name }) => text.replace(name, shortened(name, NAME_CHARACTERS)),
-    label,
-  );
+  cameras.value.reduce((text, { name }) => {
+    const room = LABEL_CHARACTERS - (text.length - name.length);
+    return text.replace(name, shortened(name, Math.max(room, MIN_NAME_CHARACTERS)));
+  }, label);
 
 function Next() {
   const { action, label, missing } = nextAction.value;
