@@ -24,9 +24,7 @@ def activate(page, version: int) -> None:
     press_activate(page, shelf.get_by_test_id("shelf-activate"))
 
 
-def test_activate_undo_activate_leaves_one_notice(
-    page, own_server, two_versions
-):
+def test_activate_undo_activate_leaves_one_notice(page, own_server, two_versions):
     page.goto(f"{own_server.url}/#/cameras/table/versions")
     notices = page.get_by_test_id("notice")
     for version in (1, 2):
