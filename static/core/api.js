@@ -9,6 +9,10 @@ const RETRY_MS = 2000;
 
 /** Whether the server answered last time. */
 export const online = signal(true);
+/** The request that was answered last, as errors name it: what was said of its failure is no longer so. */
+export const answered = signal({ about: "" });
+/** What a silent server's errors are about. */
+export const SILENT = "server";
 
 /** A refusal: what was wrong and what to do, as the server says it (RFC 9457 with `fix`). */
 export class Problem extends Error {
@@ -16,6 +20,8 @@ export class Problem extends Error {
   constructor(status, body) {
     super(body.detail || body.title || t("core.api.answered", { status }));
     this.status = status;
+    /** The request, where it is one. */
+    this.about = /** @type {string | undefined} */ (undefined);
     this.detail = this.message;
     /** @type {string} */
     this.fix = body.fix || "";
@@ -24,7 +30,9 @@ export class Problem extends Error {
 }
 
 /** The server did not answer at all. */
-export class ServerUnreachable extends Error {}
+export class ServerUnreachable extends Error {
+  about = SILENT;
+}
 
 /**
  * @param {string} method @param {string} path
@@ -63,8 +71,14 @@ export async function request(
   online.value = true;
   const parsed = response.json.bind(response);
   response.json = async () => translated(await parsed());
-  if (response.ok) return response;
-  throw new Problem(response.status, await response.json().catch(() => ({})));
+  const about = `${method} ${path.split("?")[0]}`;
+  if (response.ok) {
+    answered.value = { about };
+    return response;
+  }
+  throw Object.assign(new Problem(response.status, await response.json().catch(() => ({}))), {
+    about,
+  });
 }
 
 /**

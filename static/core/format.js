@@ -10,9 +10,12 @@ export function number(value, digits = 1) {
   return (value < 0 && !isZero ? "−" : "") + grouped + (part ? POINT + part : "");
 }
 
+const LEAST_MM = 0.05; // below, one digit would say nothing
 /** Millimetres with as many digits as anybody can use. @param {number | null | undefined} value */
 export const mm = (value) =>
-  number(value, value !== null && value !== undefined && Math.abs(value) >= 10 ? 0 : 1);
+  value && Math.abs(value) < LEAST_MM
+    ? `< ${number(0.1)}`
+    : number(value, value !== null && value !== undefined && Math.abs(value) >= 10 ? 0 : 1);
 
 /** @param {number | null | undefined} value */
 export const pct = (value) =>
@@ -37,6 +40,18 @@ export const areaTitle = (id) => capitalised(areaName(id));
 
 /** A label within a sentence: where nouns have no capitals, in lower case. @param {string} label */
 export const inSentence = (label) => (LOCALE === "de" ? label : label.toLowerCase());
+
+/** A name that is too long for its place, without its middle: both ends distinguish cameras.
+ * @param {string} name @param {number} most characters */
+export function shortened(name, most) {
+  const all = [...name],
+    end = Math.floor((most - 1) / 2);
+  if (all.length <= most) return name;
+  return `${all
+    .slice(0, most - 1 - end)
+    .join("")
+    .trimEnd()}…${all.slice(-end).join("").trimStart()}`;
+}
 
 /** "2 s ago", "3 min ago", or the time of day. @param {number} then ms @param {number} now ms */
 export function ago(then, now) {

@@ -1,5 +1,6 @@
 // State of the page besides the document: lists from the server, the picture, what is selected and shown.
 import { computed, effect, signal, untracked } from "@preact/signals";
+import { SILENT, answered, online } from "./api.js";
 import { doc, pointsOf } from "./document.js";
 import { route } from "./route.js";
 import { t } from "./words.js";
@@ -103,36 +104,77 @@ export const selectedPoints = computed(() =>
   selection.value.filter((p) => p.index < pointsOf(doc.value, p.feature).length),
 );
 
-// How long a notice outlives the view it was made in: so that what led to the next view can still be read there, and
-// what was removed can still be put back.
+// How long a notice can be read: information goes by itself, and a view takes its notices along once they could be
+// read. What was removed can be put back for longer.
 const READ_MS = 10_000,
   UNDO_MS = 300_000;
 let lastNotice = 0;
 export const notices = signal(/** @type {import("./types").Notice[]} */ ([]));
 
 /**
- * Tell the operator something that stays until it is dismissed, or left behind with the view.
+ * Show a notice. It replaces what was said before about the same subject, so that no two contradict each other.
  * @param {Omit<import("./types").Notice, "id" | "at">} notice
  */
 export function notify(notice) {
   const added = { ...notice, id: ++lastNotice, at: Date.now() };
-  notices.value = [...notices.value.filter((n) => n.text !== notice.text), added];
+  notices.value = [...notices.value.filter((n) => !isReplaced(n, notice)), added];
 }
+
+/** @param {import("./types").Notice} old @param {{ text: string, about?: string }} now */
+const isReplaced = (old, { text, about }) =>
+  old.text === text || (about !== undefined && old.about === about);
+
+/**
+ * Remove what is no longer so.
+ * @param {string} about @param {import("./types").Notice["level"]} [level] of these only
+ */
+export function retract(about, level) {
+  const left = notices.value.filter((n) => n.about !== about || (level && n.level !== level));
+  if (left.length < notices.value.length) notices.value = left;
+}
+
+/** Remove information that could be read; warnings stay until they are dismissed or their cause is mended. */
+export function expireNotices() {
+  const now = Date.now(),
+    left = notices.value.filter((n) => n.level !== "info" || now - n.at < timeOf(n));
+  if (left.length < notices.value.length) notices.value = left;
+}
+
+/** Begin their time again: the pointer or the focus was on them. */
+export function renewNotices() {
+  notices.value = notices.value.map((n) => ({ ...n, at: Date.now() }));
+}
+
+/** @param {import("./types").Notice} notice */
+const timeOf = ({ action }) => (action ? UNDO_MS : READ_MS);
 
 /** What belonged to the view that was left. */
 function leaveView() {
   help.value = ""; // it lies where another view has its results
   const now = Date.now();
-  notices.value = notices.value.filter(({ at, action }) => now - at < (action ? UNDO_MS : READ_MS));
+  notices.value = notices.value.filter((n) => now - n.at < timeOf(n));
 }
 effect(() => {
   if (shown.value) untracked(leaveView);
 });
 
-/** Tell what went wrong, with its fix. @param {unknown} error */
-export function notifyError(error) {
-  const { message, fix, status } =
-    /** @type {{ message: string, fix?: string, status?: number }} */ (error);
+// What the server refused, or did not answer, is mended once it answers the same request.
+effect(() => {
+  const { about } = answered.value;
+  untracked(() => retract(about, "warn"));
+});
+effect(() => {
+  if (online.value) untracked(() => retract(SILENT, "warn"));
+});
+
+/**
+ * Say what went wrong, with its fix.
+ * @param {unknown} error
+ * @param {string} [subject] what it is about, where a notice says more of the same
+ */
+export function notifyError(error, subject) {
+  const { message, fix, status, about } =
+    /** @type {{ message: string, fix?: string, status?: number, about?: string }} */ (error);
   const action =
     status === 401
       ? { label: t("core.state.sign-in"), run: () => location.assign("/login") }
@@ -141,6 +183,7 @@ export function notifyError(error) {
     level: "warn",
     text: message,
     fix: fix ?? t("core.state.error.fix"),
+    about: about === SILENT ? SILENT : (subject ?? about),
     action,
   });
 }

@@ -108,4 +108,5 @@ export interface HeatMap {
   of: string; what: "expected" | "difference"; z_mm: number; other: string | null; places: Point[][]; values: (number | null)[][];
   at: { corrected: (Point | null)[]; image: (Point | null)[] }; median_mm: number; worst_mm: number; worst_place: Point; rms_px: number | null; max_px: number | null;
 }
-export interface Notice { id: number; at: number; level: "info" | "warn"; text: string; fix: string; action?: { label: string; run: () => void } }
+/** about: its subject, such as "active/overhead"; a newer notice about it replaces this one. */
+export interface Notice { id: number; at: number; level: "info" | "warn"; text: string; fix: string; about?: string; action?: { label: string; run: () => void } }

@@ -19,7 +19,14 @@ test("what is not known is a dash", () => {
 });
 
 test("millimetres have as many digits as anybody can use, and a share says whether it is more or less", () => {
-  assert.deepEqual([0.04, 9.96, 10, -12.6].map(format.mm), ["0.0", "10.0", "10", "−13"]);
+  assert.deepEqual([0.04, 0, 0.05, 9.96, 10, -12.6].map(format.mm), [
+    "< 0.1",
+    "0.0",
+    "0.1",
+    "10.0",
+    "10",
+    "−13",
+  ]);
   assert.deepEqual([1.234, -1.234, 0.004].map(format.pct), ["+1.23", "−1.23", "0.00"]);
 });
 
@@ -47,4 +54,12 @@ test("a time is told from now, and after an hour by the clock", () => {
 
 test("a length that reads well is the next one below", () => {
   assert.deepEqual([0.3, 1, 4.9, 5, 99, 200].map(format.roundDown), [0.2, 1, 2, 5, 50, 200]);
+});
+
+test("a name too long for its place loses its middle, and one that fits nothing", () => {
+  const { shortened } = format;
+  assert.equal(shortened("East camera, tilted", 22), "East camera, tilted");
+  assert.equal(shortened("Overhead camera, barrel lens", 22), "Overhead ca…arrel lens");
+  assert.equal([...shortened("x".repeat(60), 22)].length, 22);
+  assert.equal([...shortened("🎥".repeat(30), 22)].length, 22);
 });

@@ -8,7 +8,13 @@ import { t } from "../../static/core/words.js";
 import { jobs } from "../../static/features/jobs/job_list.js";
 import { statuses } from "../../static/features/live/camera_status.js";
 import { fetchHealth, health } from "../../static/features/settings/settings.js";
-import { badCamera, problems, worstOf } from "../../static/features/shell/problems.js";
+import {
+  badCamera,
+  problems,
+  summary,
+  summaryOfPlace,
+} from "../../static/features/shell/problems.js";
+import { PLACES } from "../../static/features/shell/places.js";
 import { readiness } from "../../static/features/shell/readiness.js";
 
 const claim = (code, more = {}) => ({
@@ -50,7 +56,7 @@ test("where all is well or not tested there is no problem", () => {
     claim("rig-hall", { state: "not-tested", gates: false }),
     claim("publishing", { gates: false, title: "Not publishing" }),
   );
-  assert.deepEqual([problems.value, badCamera.value, worstOf(() => true)], [[], null, null]);
+  assert.deepEqual([problems.value, badCamera.value, summary.value.level], [[], null, "ok"]);
 });
 
 test("each case of a claim that stands against a match is told with its fix and its place", () => {
@@ -131,10 +137,46 @@ test("bad light is a warning, after what stops a match", () => {
     ["bad", "WEST: Moved.", "#/cameras/west/drift"],
     ["warn", "EAST: Dark.", "#/cameras/east/live"],
   ]);
-  assert.equal(
-    worstOf((it) => it.camera === "east"),
-    "warn",
-  );
+  assert.deepEqual([summary.value.count, summary.value.level], [2, "bad"]);
+});
+
+test("the bell, the status bar and the rail count the same problems, however many and of whatever kind", () => {
+  const east = of("east", "EAST: No file."),
+    kinds = [
+      [0, "ok", () => {}],
+      [1, "bad", () => site(claim("cameras-live", { cases: [east] }))],
+      [1, "bad", () => void (online.value = false)],
+      [
+        1,
+        "warn",
+        () => void (health.value = { warnings: [{ reason: "disk", text: "Full.", fix: "" }] }),
+      ],
+      [
+        3,
+        "bad",
+        () => {
+          site(
+            claim("cameras-live", { cases: [east] }),
+            claim("rig-hall", { cure: "rig", cases: [of(null, "Apart.")] }),
+          );
+          jobs.value = [{ state: "failed", ended_at: new Date().toISOString() }];
+        },
+      ],
+    ];
+  for (const [count, level, arise] of kinds) {
+    online.value = true;
+    readiness.value = health.value = null;
+    arise();
+    const { worst, ...all } = summary.value,
+      places = PLACES.map(({ place }) => summaryOfPlace(place));
+    assert.deepEqual(all, { count, level });
+    assert.equal(worst, problems.value[0] ?? null);
+    assert.equal(
+      places.reduce((sum, it) => sum + it.count, 0),
+      count,
+    );
+    assert.equal(places.map((it) => it.level).find((it) => it === level) ?? "ok", level);
+  }
 });
 
 test("work that failed lately is a warning, older failures are history", () => {

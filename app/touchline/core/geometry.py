@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.errors import BadInput
+from touchline.core.json_values import in_words
 
 Array = NDArray[np.float64]
 Points = NDArray[np.float64]  # (..., 2)
@@ -61,7 +62,7 @@ class ImageSize:
             width, height = (int(v) for v in value)
         except (TypeError, ValueError, OverflowError):
             raise BadInput(
-                f"{value!r} is not an image size.",
+                f"An image size cannot be {in_words(value)}.",
                 "Give it as [width, height] in pixels.",
                 reason="bad-image-size",
             ) from None

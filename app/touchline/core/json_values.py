@@ -55,14 +55,44 @@ FAULTS = {
     "too_short": "has fewer than {min_length} entries",
     "too_long": "has more than {max_length} entries",
     "string_too_short": "is too short",
+    "string_pattern_mismatch": "has characters that are not allowed",
+    "string_unicode": "is not valid text",
+    "int_from_float": "is not a whole number",
+    "int_parsing": "is not a whole number",
+    "int_parsing_size": "is not a whole number",
+    "float_parsing": "is not a number",
+    "bool_parsing": "is neither true nor false",
+    "greater_than": "is not more than {gt:g}",
+    "less_than": "is not less than {lt:g}",
+    "json_invalid": "is not valid JSON",
+    "model_attributes_type": "is not an object",
     "string_too_long": "has more than {max_length} characters",
 }
 MAX_PLACE = 100  # characters
+MAX_SHOWN = 40  # characters of a refused value
 
 MAX_TEXT = 400  # characters of a sentence; ours have 200
 MAX_NAME = 64
 MAX_OFFSET_MM = 1000.0
 IMPORTED = "Imported calibration. Its accuracy is unknown."  # the verdict of another program's file
+
+
+def in_words(value: object) -> str:
+    """Return a refused value as a sentence shows it: a number or a short text itself, of others what they are."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return f"{value:g}"
+    if isinstance(value, str):
+        return repr(value[:MAX_SHOWN]) if value else "an empty text"
+    return "a list" if isinstance(value, (list, tuple)) else "a group of values"
+
+
+def fault_in_words(error: Any) -> str:
+    """Return what pydantic found wrong with a value; "is not valid" for a fault that has no words here."""
+    return FAULTS.get(error["type"], "is not valid").format(**error.get("ctx", {}))
 
 
 def number(value: Any) -> float | None:
@@ -138,7 +168,7 @@ def read(kind: type[T], value: Any, what: str, fix: str, reason: str) -> T:
         place = "".join(
             f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"][1:]
         )[1:MAX_PLACE]
-        fault = FAULTS.get(error["type"], "is not valid").format(**error.get("ctx", {}))
+        fault = fault_in_words(error)
         raise BadInput(
             f"{what}: {place} {fault}." if place else f"{what} {fault}.", fix, reason=reason
         ) from None

@@ -6,8 +6,8 @@ from math import inf
 from typing import Any
 
 from touchline.core.errors import BadInput
-from touchline.core.json_values import PointJson, number
-from touchline.core.statements import Stated, named, stated
+from touchline.core.json_values import PointJson, in_words, number
+from touchline.core.statements import Stated, named, say, stated
 
 
 class OptionJson(Stated):
@@ -38,7 +38,7 @@ class Option:
             return self.default
         if self.type == "choice":
             return self._checked(
-                value, value in self.choices, " or ".join(repr(c) for c in self.choices)
+                value, value in self.choices, " or ".join(f'"{c}"' for c in self.choices)
             )
         if self.type == "terms-or-auto":
             if value == "auto":
@@ -82,12 +82,17 @@ class Option:
 
     def _read_value_and_sigma(self, value: Any) -> dict[str, float]:
         low, high = self.range or (-inf, inf)
-        allowed = f'{{"value": {low:g} to {high:g}, "sigma": 0.1 to 5000}} in {self.unit}'
+        allowed = (
+            f"a value from {low:g} to {high:g} {self.unit} and its uncertainty from 0.1 to 5000 "
+            f'{self.unit}, as "value" and "sigma"'
+        )
         if not isinstance(value, Mapping) or set(value) != {"value", "sigma"}:
             raise self._refuse(value, allowed)
         found, sigma = number(value["value"]), number(value["sigma"])
-        if found is None or sigma is None or not low <= found <= high or not 0.1 <= sigma <= 5000:
-            raise self._refuse(value, allowed)
+        if found is None or not low <= found <= high:
+            raise self._refuse(value["value"], allowed)
+        if sigma is None or not 0.1 <= sigma <= 5000:
+            raise self._refuse(value["sigma"], allowed)
         return {"value": found, "sigma": sigma}
 
     def _checked(self, value: Any, good: bool, allowed: str) -> Any:
@@ -97,8 +102,17 @@ class Option:
 
     def _refuse(self, value: Any, allowed: str) -> BadInput:
         return BadInput(
-            f"{value!r} is not valid for the option {self.name}.",
-            f"Use {allowed}.",
+            say(
+                "option.refused",
+                "The option {name} cannot be {value}.",
+                name=self.name.removesuffix("_mm").replace("_", " "),
+                value=" ".join(
+                    filter(
+                        None, (in_words(value), (number(value) is not None and self.unit) or None)
+                    )
+                ),
+            ),
+            f"Use {allowed}, for {self.name}.",
             reason="bad-option",
         )
 

@@ -286,9 +286,9 @@ class Calibration:
                 made_by=value.get("made_by", ""),
                 active=bool(value.get("active", False)),
             )
-        except (KeyError, TypeError, ValueError, OverflowError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError):
             raise BadInput(
-                f"This is not a calibration: {error!r}.",
+                "This is not a calibration: an entry is missing or cannot be read.",
                 "Send a JSON file that Touchline exported.",
                 reason="bad-calibration",
             ) from None

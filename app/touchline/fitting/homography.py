@@ -113,7 +113,7 @@ class HomographyFitter(Fitter):
             raise FitFailed(
                 say(
                     "refused.measurements",
-                    "There are {n} measurements; the homography has {unknowns} unknowns.",
+                    "The points give {n} measurements; a fit needs {unknowns}.",
                     n=rows,
                     unknowns=MIN_ROWS,
                 ),

@@ -65,7 +65,7 @@ def homography_from_lines(
         raise FitFailed(
             say(
                 "refused.measurements",
-                "There are {n} measurements; the homography has {unknowns} unknowns.",
+                "The points give {n} measurements; a fit needs {unknowns}.",
                 n=rows,
                 unknowns=MIN_ROWS,
             ),

@@ -61,6 +61,11 @@ class PublishStatus:
     problem: TouchlineError | None = None
     cameras: tuple[PublishedCamera, ...] = ()
 
+    @property
+    def on_air(self) -> tuple[PublishedCamera, ...]:
+        """The cameras that go out now: none where there is no packet, or it cannot be sent."""
+        return self.cameras if self.packet and self.problem is None else ()
+
     def to_json(self) -> JsonObject:
         age_s = None if self.last_s is None else round(time.monotonic() - self.last_s, 3)
         return {

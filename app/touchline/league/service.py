@@ -219,7 +219,7 @@ class PublishingService(RunningPart):
             )
         if publisher is not None and listener is not None:
             for other, one in contradictions(
-                listener.publishers, publisher.status.cameras, time.monotonic()
+                listener.publishers, publisher.status.on_air, time.monotonic()
             ):
                 found.append(
                     Warning(
@@ -319,10 +319,7 @@ class PublishingService(RunningPart):
         sent = PublishStatus() if publisher is None else publisher.status
         packet = decode(GeometryPacket, sent.packet).geometry if sent.packet else None
         items = sorted(
-            (
-                received_json(one, now_s, fields, sent.cameras, packet)
-                for one in listener.publishers
-            ),
+            (received_json(one, now_s, fields, sent.on_air, packet) for one in listener.publishers),
             key=lambda one: one["id"],
         )
         return {

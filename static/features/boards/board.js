@@ -222,6 +222,7 @@ export function applyChosenLens({ width, height }) {
         height,
       }),
       fix: t("board.wrong-size.fix"),
+      about: "picture",
     });
   }
   const chosen = withModel(doc.value, next, model.value);

@@ -3,7 +3,7 @@ import { batch, effect, signal, untracked } from "@preact/signals";
 import { Problem, ServerUnreachable, online, request } from "../../core/api.js";
 import { EMPTY, change, doc, dragging, fromDraft, isEqual, load } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { notify, notifyError, snapshot } from "../../core/state.js";
+import { notify, notifyError, retract, snapshot } from "../../core/state.js";
 import { t } from "../../core/words.js";
 
 const PAUSE_MS = 250; // a nudge held down is one save, not thirty
@@ -84,6 +84,7 @@ function settle(state, at = draft.value.at) {
 /** The server has what is shown: this browser need not keep it too. @param {string} id */
 function saved(id) {
   forgetLocal(id);
+  retract("draft");
   settle("saved", Date.now());
 }
 
@@ -114,7 +115,7 @@ const save = latestWins(async (/** @type {string} */ id) => {
     else if (error instanceof Problem && error.status === 412) await resolveConflict(id);
     else {
       settle("refused");
-      notifyError(error);
+      notifyError(error, "draft");
     }
   } finally {
     saving = "";

@@ -14,6 +14,7 @@ import {
   notices,
   notify,
   notifyError,
+  retract,
   selection,
   snapshot,
   snapshots,
@@ -165,7 +166,7 @@ async function openFrom(doing, fetchIt, stopped = () => false) {
     if (!(await openSnapshot(picture, step, () => isNewest() && route.value === from)))
       tellThatItIsThere(picture, step);
   } catch (error) {
-    if (!stopped()) notifyError(error);
+    if (!stopped()) notifyError(error, "picture");
   } finally {
     busy.value = "";
   }
@@ -178,6 +179,7 @@ const tellThatItIsThere = (picture, step) =>
     level: "info",
     text: t("calibrate.pictures.is-there"),
     fix: "",
+    about: "picture",
     action: {
       label: t("calibrate.pictures.open-it"),
       run: () => go("calibrate", { picture: picture.id, step }),
@@ -193,6 +195,7 @@ const tellThatItIsThere = (picture, step) =>
 async function openSnapshot(picture, at, isWanted) {
   const kept = await fetchDraft(picture.id);
   if (!isWanted()) return false;
+  retract("picture");
   // At once: nothing may see one picture with another's clicks, nor an address that is another one's.
   batch(() => {
     closePicture();
@@ -227,6 +230,7 @@ async function openById(id) {
       level: "warn",
       text: t("calibrate.pictures.not-opened", { error: message }),
       fix: t("calibrate.pictures.not-opened.fix"),
+      about: "picture",
     });
   }
 }

@@ -89,7 +89,7 @@ export async function removeClip(clip) {
     await changeSeen("DELETE", `/clips/${clip.clip}`, (now) => now.taken_at === clip.taken_at);
     if (heldFrame.value?.clip?.clip === clip.clip) releaseFrame();
     await readClips();
-    notify({ level: "info", text: t("detection.clips.removed"), fix: "" });
+    notify({ level: "info", text: t("detection.clips.removed"), fix: "", about: "clip" });
   } catch (error) {
     notifyError(error);
   }

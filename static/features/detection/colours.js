@@ -1,7 +1,7 @@
 // Colour profiles: learned from clicks and boxes or automatically, saved as presets, copied to another camera.
 import { computed, effect, signal } from "@preact/signals";
 import { call, changeSeen, request } from "../../core/api.js";
-import { cameras, notify, notifyError } from "../../core/state.js";
+import { cameras, notify, notifyError, retract } from "../../core/state.js";
 import { nameOr, t } from "../../core/words.js";
 import { detectionCamera, detectionState, setDetection, tune } from "./detection.js";
 import { asSnapshot } from "./held_frame.js";
@@ -192,11 +192,16 @@ export async function removePreset(name) {
   try {
     await changeSeen("DELETE", at, (now) => now.updated_at === old?.updated_at);
     await readPresets();
-    const again = () => call("PUT", at, { profile: old?.profile }).then(readPresets, notifyError);
+    const again = () =>
+      call("PUT", at, { profile: old?.profile }).then(() => {
+        retract(`preset/${name}`);
+        return readPresets();
+      }, notifyError);
     notify({
       level: "info",
       text: t("detection.presets.removed", { preset: name }),
       fix: "",
+      about: `preset/${name}`,
       action: old
         ? { label: t("detection.presets.removed.put-back"), run: () => void again() }
         : undefined,
@@ -239,9 +244,10 @@ export async function copyTo(id) {
       level: "info",
       text: t("detection.presets.copied", { camera: other.name }),
       fix: "",
+      about: `colours/${id}`,
       action: {
         label: t("detection.presets.copied.take-back"),
-        run: () => void put(before).catch(notifyError),
+        run: () => void put(before).then(() => retract(`colours/${id}`), notifyError),
       },
     });
     await readPresets();

@@ -176,6 +176,7 @@ function restore(key, text, isQuiet) {
         level: "info",
         text: t("field-editor.restored"),
         fix: t("field-editor.restored-fix"),
+        about: `field/${opened.value.name}`,
       });
   } catch {
     localStorage.removeItem(KEPT + key);

@@ -27,7 +27,7 @@ export async function proposeField(length) {
     });
     if (snapshot.value?.id !== picture) return; // it was left
     await openAsNew({ ...field, name: "", title: "" }, picture);
-    notify({ level: "info", text: sentence, fix: t("field-editor.proposed.fix") });
+    notify({ level: "info", text: sentence, fix: t("field-editor.proposed.fix"), about: "field/" });
   } catch (error) {
     refused.value = { of: picture, why: toRefusal(error) };
   } finally {

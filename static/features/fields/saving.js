@@ -1,7 +1,7 @@
 // The field that is edited, on the server: saved over what was seen, deleted, put back, and given to a camera.
 import { Problem, ServerUnreachable, request, toRefusal } from "../../core/api.js";
 import { go, goInstead } from "../../core/route.js";
-import { fields, notices, notify, notifyError } from "../../core/state.js";
+import { fields, notify, notifyError, retract } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { docOf, markOf, sentOf } from "./document.js";
@@ -54,15 +54,15 @@ export async function saveField() {
     goInstead("field-editor", { field: name });
     const picture = proposedFrom.value;
     proposedFrom.value = "";
-    const text = t("field-editor.saved", { title: field.title }),
-      back = () => {
-        notices.value = notices.value.filter((n) => n.text !== text);
-        go("calibrate", { picture, step: "field" });
-      };
+    const back = () => {
+      retract(aboutField(name));
+      go("calibrate", { picture, step: "field" });
+    };
     notify({
       level: "info",
-      text,
+      text: t("field-editor.saved", { title: field.title }),
       fix: t("field-editor.saved-fix"),
+      about: aboutField(name),
       ...(picture && { action: { label: t("field-editor.saved.back"), run: back } }),
     });
     await readCameras();
@@ -128,9 +128,13 @@ export async function deleteField() {
     level: "info",
     text: t("field-editor.deleted", { title: doc.title }),
     fix: t("field-editor.deleted-fix"),
+    about: aboutField(it.name),
     action: { label: t("common.put-back"), run: () => void putBack(it.seen ?? doc) },
   });
 }
+
+/** What notices of a field are about. @param {string} name */
+const aboutField = (name) => `field/${name}`;
 
 /** @param {FieldDoc} doc */
 async function putBack(doc) {
@@ -141,6 +145,7 @@ async function putBack(doc) {
         headers: { "If-None-Match": "*" },
       }),
     );
+    retract(aboutField(doc.name));
   } catch (error) {
     notifyError(error);
   }

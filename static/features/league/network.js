@@ -111,6 +111,7 @@ export async function saveReceived(sender, camera, name) {
         camera: name,
       }),
       fix: t("network.kept.fix"),
+      about: `active/${name}`, // it is not active yet
       action: { label: t("network.kept.activate"), run: () => void activate() },
     });
   } catch (error) {

@@ -2,7 +2,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, changeSeen, request, toRefusal } from "../../core/api.js";
 import { go, goInstead, route } from "../../core/route.js";
-import { cameras, listed, namedCamera, notify, notifyError } from "../../core/state.js";
+import { cameras, listed, namedCamera, notify, notifyError, retract } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { STATES, refreshStatuses, statuses } from "./camera_status.js";
@@ -256,11 +256,13 @@ export async function removeCamera(camera) {
         },
       }).then(async (a) => {
         cameras.value = [...cameras.value, await a.json()];
+        retract(`camera/${camera.id}`);
       }, notifyError);
     notify({
       level: "info",
       text: t("live.removed", { camera: camera.name }),
       fix: "",
+      about: `camera/${camera.id}`,
       action: camera.source.includes("@")
         ? undefined
         : { label: t("common.put-back"), run: () => void again() },

@@ -41,7 +41,12 @@ async function lead(left, right) {
     if (!a || !b || why) {
       goInstead("field");
       if (why)
-        notify({ level: "warn", text: t(`rig.former.${why}`), fix: t(`rig.former.${why}.fix`) });
+        notify({
+          level: "warn",
+          text: t(`rig.former.${why}`),
+          fix: t(`rig.former.${why}.fix`),
+          about: "pictures",
+        });
       return;
     }
     const { name, cameras: members } = await rigOf(a, b),

@@ -1,5 +1,5 @@
 // Matches as this browser keeps them: which images two cameras of a rig are matched in, and the matches in each two.
-import { notify } from "../../core/state.js";
+import { notify, retract } from "../../core/state.js";
 import { t } from "../../core/words.js";
 
 /** @typedef {import("./types").MatchDoc} MatchDoc @typedef {import("./types").Match} Match */
@@ -84,12 +84,20 @@ function read(name) {
   }
 }
 
+const ABOUT = "matches";
+
 /** @param {string} name @param {unknown} value */
 function write(name, value) {
   const text = JSON.stringify(value);
   try {
     if (localStorage.getItem(name) !== text) localStorage.setItem(name, text);
+    retract(ABOUT);
   } catch {
-    notify({ level: "warn", text: t("rig.match.not-kept"), fix: t("rig.match.not-kept.fix") });
+    notify({
+      level: "warn",
+      text: t("rig.match.not-kept"),
+      fix: t("rig.match.not-kept.fix"),
+      about: ABOUT,
+    });
   }
 }

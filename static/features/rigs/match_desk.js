@@ -156,7 +156,12 @@ async function showPictures(ids) {
   const next = await Promise.all(SIDES.map((s) => ids && read(ids[s])));
   if (!isNewest()) return;
   if (ids && !(next[0] && next[1]))
-    notify({ level: "warn", text: t("rig.match.gone"), fix: t("rig.match.gone.fix") });
+    notify({
+      level: "warn",
+      text: t("rig.match.gone"),
+      fix: t("rig.match.gone.fix"),
+      about: "pictures",
+    });
   pictures.value = { a: next[0], b: next[1] };
   for (const s of SIDES) views[s].fit(pictures.value[s]);
 }

@@ -164,7 +164,12 @@ export async function removeRig(it) {
     );
     rigs.value = rigs.value.filter((r) => r.name !== it.name);
     goInstead("wall");
-    notify({ level: "info", text: t("rig.notice.removed", { rig: it.title || it.name }), fix: "" });
+    notify({
+      level: "info",
+      text: t("rig.notice.removed", { rig: it.title || it.name }),
+      fix: "",
+      about: `rig/${it.name}`,
+    });
   } catch (error) {
     notifyError(error);
     await loadRigs();
@@ -228,6 +233,7 @@ export async function refitRig() {
         level: "info",
         text: t("rig.notice.refitted", { count }),
         fix: t("rig.notice.refitted.fix"),
+        about: `rig/${of}`,
       }),
   );
 }

@@ -14,7 +14,7 @@ import { readiness } from "./readiness.js";
  * @typedef {object} Problem
  * @property {string} id
  * @property {"bad" | "warn"} level
- * @property {import("../../core/route.js").Place} place where it is mended, "" everywhere
+ * @property {import("../../core/route.js").Place} place where it is mended
  * @property {string} camera whose it is, else ""
  * @property {string} text
  * @property {string} fix
@@ -25,7 +25,14 @@ const FAILED_MS = 3_600_000; // a job that failed longer ago is history
 const PLACES = /** @type {const} */ ({ rig: "field", pair: "field", publishing: "system" });
 
 /** @param {Pick<Problem, "id" | "text"> & Partial<Problem>} known @returns {Problem} */
-const problem = (known) => ({ level: "bad", place: "", camera: "", fix: "", href: "", ...known });
+const problem = (known) => ({
+  level: "bad",
+  place: "system",
+  camera: "",
+  fix: "",
+  href: "",
+  ...known,
+});
 
 /**
  * What the server knows to be wrong: what stands against a match, and the rest where it says what to do. A camera that
@@ -80,7 +87,7 @@ const ofJobs = () => {
   );
   if (!failed.length) return [];
   const text = t("shell.problem.jobs-failed", { count: failed.length });
-  return [problem({ id: "jobs", level: "warn", place: "system", text, href: addressOf("jobs") })];
+  return [problem({ id: "jobs", level: "warn", text, href: addressOf("jobs") })];
 };
 
 const AWAY = problem({
@@ -93,27 +100,24 @@ const AWAY = problem({
 const whatOf = (kind, note) =>
   note !== null ? "set-aside" : kind === "missing" ? "missing" : "damaged";
 
-/** What the server says of itself: its disk, its network, and records that were damaged. */
-export const serverProblems = computed(() => [
+/** What the server says of itself: its disk, its network, and records that were damaged. @returns {Problem[]} */
+const ofServer = () => [
   ...(health.value?.warnings ?? []).map(({ reason, text, fix }) =>
-    problem({ id: reason, level: "warn", place: "system", text, fix, href: addressOf("server") }),
+    problem({ id: reason, level: "warn", text, fix, href: addressOf("server") }),
   ),
   ...(health.value?.damaged ?? []).map(({ kind, file, note, fix }) =>
     problem({
       id: `damaged-${file}`,
-      place: "system",
       text: t(`shell.problem.${whatOf(kind, note)}`, { kind, file }),
       fix: note ?? fix,
       href: addressOf("server"),
     }),
   ),
-]);
+];
 
-/** All of them, what stops a match first; what several say is told once. */
+/** All of them, what stops a match first; what several say is said once. */
 export const problems = computed(() => {
-  const found = online.value
-    ? [...ofSite(), ...serverProblems.value]
-    : [AWAY, ...serverProblems.value];
+  const found = online.value ? [...ofSite(), ...ofServer()] : [AWAY, ...ofServer()];
   const all = [...found, ...ofImages(), ...ofJobs()];
   return all
     .filter(({ text }, i) => all.findIndex((it) => it.text === text) === i)
@@ -126,8 +130,24 @@ export const badCamera = computed(() => {
   return found ? { name: nameOf(found.camera), href: found.href } : null;
 });
 
-/** The worst of a place or a camera. @param {(it: Problem) => boolean} isOf */
-export const worstOf = (isOf) => problems.value.find(isOf)?.level ?? null;
+/**
+ * What the bell, the status bar and the rail show: how many, how bad, and the worst itself.
+ * @typedef {{ count: number, level: "bad" | "warn" | "ok", worst: Problem | null }} Summary
+ */
+
+/** @param {Problem[]} some in their order @returns {Summary} */
+const summaryOf = (some) => ({
+  count: some.length,
+  level: some[0]?.level ?? "ok",
+  worst: some[0] ?? null,
+});
+
+/** Of all problems. */
+export const summary = computed(() => summaryOf(problems.value));
+
+/** Of those of one place of the rail; all places together have all of them. @param {string} place */
+export const summaryOfPlace = (place) =>
+  summaryOf(problems.value.filter((it) => it.place === place));
 
 /** @param {string} id */
 const nameOf = (id) => cameras.value.find((c) => c.id === id)?.name ?? id;

@@ -2,7 +2,7 @@
 // all that shows it learns of it, and it can be undone.
 import { effect, signal, untracked } from "@preact/signals";
 import { Problem, call, request } from "../../core/api.js";
-import { cameras, notify, notifyError } from "../../core/state.js";
+import { cameras, notify, notifyError, retract } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { refreshStatuses } from "../live/camera_status.js";
@@ -26,7 +26,10 @@ effect(() => {
   const now = new Map(cameras.value.map((c) => [c.id, c.active_calibration]));
   untracked(() => {
     for (const [camera, id] of now)
-      if (told.has(camera) && told.get(camera) !== id) noteActivated({ id, camera });
+      if (told.has(camera) && told.get(camera) !== id) {
+        retract(aboutActive(camera)); // it says that another one is active
+        noteActivated({ id, camera });
+      }
   });
   told = now;
 });
@@ -65,6 +68,7 @@ export async function activateCalibration(it, despite = [], former = activeOf(it
       ? t("versions.activated", { version: String(it.version), camera: camera.name })
       : t("versions.activated-from-files", { version: String(it.version) }),
     fix: former && former !== it.id ? t("versions.activated.fix") : "",
+    about: aboutActive(it.camera),
     action:
       former && former !== it.id
         ? { label: t("common.undo"), run: () => void undo(it, former) }
@@ -74,6 +78,8 @@ export async function activateCalibration(it, despite = [], former = activeOf(it
   return true;
 }
 
+/** What notices of a camera's active version are about. @param {string | null} camera */
+const aboutActive = (camera) => `active/${camera ?? ""}`;
 const cameraOf = (/** @type {Activated} */ it) =>
   cameras.value.find((c) => c.id === it.camera) ?? null;
 const activeOf = (/** @type {Activated} */ it) => cameraOf(it)?.active_calibration ?? null;
@@ -98,12 +104,14 @@ export function answerWarning(asked, isAnyway) {
  * @param {string[]} despite
  */
 async function refuse(it, error, despite) {
-  if (!(error instanceof Problem) || error.status !== 412) return notifyError(error);
+  if (!(error instanceof Problem) || error.status !== 412)
+    return notifyError(error, aboutActive(it.camera));
   await readCameras().catch(() => {});
   notify({
     level: "warn",
     text: error.detail,
     fix: error.fix,
+    about: aboutActive(it.camera),
     action: {
       label: t("versions.activate-all-the-same", { version: String(it.version) }),
       run: () => void activateCalibration(it, despite),
@@ -117,6 +125,6 @@ async function undo(it, former) {
     const { id, version, camera } = await call("GET", `/calibrations/${former}`);
     await activateCalibration({ id, version, camera: camera ?? it.camera });
   } catch (error) {
-    notifyError(error);
+    notifyError(error, aboutActive(it.camera));
   }
 }

@@ -19,6 +19,7 @@ export const imported = signal(
 
 /** @typedef {{ id: string, version: number | null, camera: string | null, note: string, isLens: boolean }} Kept */
 
+const ABOUT = "import";
 const SUFFIXES = ["json", "yml", "yaml", "csv", "cameramodel", "pb"];
 export const ACCEPTED = SUFFIXES.map((suffix) => `.${suffix}`).join(",");
 
@@ -44,12 +45,18 @@ export async function importFile(file) {
     const record = await answer.json(),
       isLens = (answer.headers.get("Location") ?? "").includes("/lenses/");
     imported.value = { name, kept: { ...record, isLens }, why: null };
-    notify({ level: "info", text: importMessage({ ...record, isLens }), fix: record.note });
+    notify({
+      level: "info",
+      text: importMessage({ ...record, isLens }),
+      fix: record.note,
+      about: ABOUT,
+    });
   } catch (error) {
     const { message, fix = t("versions.import.failed.fix") } =
       /** @type {Error & { fix?: string }} */ (error);
     imported.value = { name, kept: null, why: { detail: `${name}: ${message}`, fix } };
-    notify({ level: "warn", text: `${name}: ${message}`, fix }); // the file may have been dropped far from the button
+    // the file may have been dropped far from the button
+    notify({ level: "warn", text: `${name}: ${message}`, fix, about: ABOUT });
   } finally {
     busy.value = "";
   }

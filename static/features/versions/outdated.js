@@ -45,6 +45,7 @@ export async function calibrateAgain(field, cameras) {
         level: "info",
         text: t("versions.outdated.made", { count: calibrations.length }),
         fix: t("versions.outdated.made.fix"),
+        about: `outdated/${field}`,
       });
       await readCameras();
     },

@@ -3,7 +3,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { call, changeSeen } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { route } from "../../core/route.js";
-import { notify, notifyError } from "../../core/state.js";
+import { notify, notifyError, retract } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { revision, writeNote } from "./versions.js";
 
@@ -115,9 +115,14 @@ export const deleteVersion = (it) =>
       level: "info",
       text: t("versions.deleted", { version: it.version }),
       fix: t("versions.deleted.fix"),
+      about: `version/${it.id}`,
       action: {
         label: t("common.put-back"),
-        run: () => void changing(() => call("POST", `/calibrations/${it.id}/restore`)),
+        run: () =>
+          void changing(async () => {
+            await call("POST", `/calibrations/${it.id}/restore`);
+            retract(`version/${it.id}`);
+          }),
       },
     });
   });

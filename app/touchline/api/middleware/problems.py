@@ -19,7 +19,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from touchline.core.errors import TouchlineError
-from touchline.core.json_values import finite_json
+from touchline.core.json_values import fault_in_words, finite_json
 from touchline.core.sentences import SHUTTING_DOWN
 from touchline.core.statements import say, stated
 
@@ -135,7 +135,7 @@ def bad_request(errors: Sequence[Any]) -> Response:
     found = [
         {
             "at": _location(error["loc"]),
-            "what": str(error["msg"]).replace("Value error, ", ""),
+            "what": _what(error),
             "kind": str(error["type"]),
         }
         for error in errors[:20]
@@ -145,12 +145,23 @@ def bad_request(errors: Sequence[Any]) -> Response:
     fix = VALUE_FIXES.get(
         first["kind"], "Correct the value. See /api/v1/openapi.json for the format."
     )
-    return problem(422, reason, f"{first['at']}: {first['what']}.", fix, errors=found)
+    return problem(422, reason, f"{first['at']} {first['what']}.", fix, errors=found)
+
+
+def _what(error: Any) -> str:
+    """Return a fault in words; a check of ours says its own."""
+    if error["type"] == "value_error":
+        return str(error["msg"]).removeprefix("Value error, ")
+    return fault_in_words(error)
 
 
 def _location(location: Sequence[Any]) -> str:
     """Return a value's path: ("body", "points", 3, 0) reads "points[3][0]"."""
-    parts = [p for p in location[1:] if len(location) != 2 or isinstance(p, str)] or ["body"]
+    parts = [
+        p
+        for p in location[1:]
+        if (len(location) != 2 or isinstance(p, str)) and not str(p).startswith("constrained-")
+    ] or ["body"]
     return (
         "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in parts).lstrip(".")[:200]
         or "body"

@@ -113,7 +113,7 @@ def fit_problem(
         raise FitFailed(
             say(
                 "refused.unknowns",
-                "There are {n} measurements for {unknowns} unknowns.",
+                "The points give {n} measurements; this lens model needs {unknowns}.",
                 n=rows,
                 unknowns=int(free.sum()),
             ),

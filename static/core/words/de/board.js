@@ -70,7 +70,7 @@ export default /** @type {const} */ ({
   "board.next-picture.from-board": "von der Kalibriertafel",
   "board.next-picture.lens": "Das nächste Bild wird mit dem Objektiv <b>{lens}</b> angepasst ({width} × {height} px).",
   "board.next-step.finding": "Objektiv wird kalibriert…",
-  "board.next-step.found": "Objektivkalibrierung abgeschlossen. Die Genauigkeit sehen Sie rechts.",
+  "board.next-step.found": "Objektivkalibrierung abgeschlossen. Die Genauigkeit sehen Sie im Seitenbereich.",
   "board.next-step.pictures": { one: "{count} Bild. 20 bis 40 werden empfohlen.", other: "{count} Bilder. 20 bis 40 werden empfohlen." },
   "board.next-step.say-which": "Geben Sie Typ und Größe der Kalibriertafel ein, und fügen Sie etwa 20 Bilder davon hinzu.",
   "board.next-step.server-looks": "Der Server erkennt die Kalibriertafel in jedem Bild und kalibriert dann das Objektiv.",

@@ -37,7 +37,7 @@ export default /** @type {const} */ ({
   "help.stop.activate.camera": "Kamera",
   "help.stop.activate.no-camera": "keine: Laden Sie die Version stattdessen herunter",
   "help.stop.activate.not-yet": "noch nicht",
-  "help.stop.activate.text": "Aktivieren Sie die Version. Live-Bild, REST und SSL-Vision verwenden sie dann. Um zurückzukehren, aktivieren Sie eine frühere Version. Der Bericht und weitere Formate stehen links.",
+  "help.stop.activate.text": "Aktivieren Sie die Version. Live-Bild, REST und SSL-Vision verwenden sie dann. Um zurückzukehren, aktivieren Sie eine frühere Version. Der Bericht und weitere Formate stehen im Seitenbereich.",
   "help.stop.activate.title": "Aktivierung",
   "help.stop.activate.version": "Version {version}",
   "help.stop.borders.text": "Klicken Sie entlang jeder Begrenzung mindestens {points} Punkte an, auf der Mitte der gemalten Linie und von Ecke zu Ecke. Die Lupe zeigt die Pixel des Rohbilds. Pfeiltasten bewegen einen Punkt um 0,1 px.",

@@ -61,7 +61,7 @@ export default /** @type {const} */ ({
   "rig.match.remove": "Punktpaar {match} entfernen",
   "rig.match.show": "Punktpaar {match} anzeigen",
   "rig.match.step.check": { one: "{count} Punktpaar. Prüfen Sie die Kameragruppe, um es mit den Kalibrierungen zu vergleichen.", other: "{count} Punktpaare. Prüfen Sie die Kameragruppe, um sie mit den Kalibrierungen zu vergleichen." },
-  "rig.match.step.checked": "Die Kameragruppe ist geprüft. Das Ergebnis sehen Sie rechts.",
+  "rig.match.step.checked": "Die Kameragruppe ist geprüft. Das Ergebnis sehen Sie im Seitenbereich.",
   "rig.match.step.click.a": "Klicken Sie Punkt {point} auch im linken Bild an.",
   "rig.match.step.click.b": "Klicken Sie Punkt {point} auch im rechten Bild an.",
   "rig.match.step.first": "Klicken Sie ein Objekt im linken Bild an, dann dasselbe Objekt im rechten Bild.",

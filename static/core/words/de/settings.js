@@ -15,6 +15,7 @@ export default /** @type {const} */ ({
   "settings.change.cameras": "Kameras hinzufügen oder ändern",
   "settings.change.network": "Unter „Veröffentlichung“ ändern",
   "settings.days": "{days} Tage",
+  "settings.health.elsewhere": { one: "{count} Problem auf anderen Seiten:", other: "{count} Probleme auf anderen Seiten. Das schwerste:" },
   "settings.health.good": "Keine Probleme.",
   "settings.health.title": "Zustand",
   "settings.health.version": "Version {version}, Laufzeit {time}.",

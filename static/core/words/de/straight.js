@@ -48,7 +48,7 @@ export default /** @type {const} */ ({
   "straight.left-out.title": "Nicht verwendete Kanten",
   "straight.lens-kind": "Modell",
   "straight.next-step.add": "Fügen Sie ein oder mehrere Bilder derselben Kamera hinzu, die lange gerade Kanten zeigen.",
-  "straight.next-step.judged": "Auswertung abgeschlossen. Das Ergebnis steht rechts.",
+  "straight.next-step.judged": "Auswertung abgeschlossen. Das Ergebnis steht im Seitenbereich.",
   "straight.next-step.judging": "Kanten werden ausgewertet…",
   "straight.next-step.pictures": { one: "{count} Bild. Verwenden Sie Kanten in möglichst vielen Richtungen.", other: "{count} Bilder. Verwenden Sie Kanten in möglichst vielen Richtungen." },
   "straight.next-step.server-looks": "Der Server erkennt gerade Kanten und passt dann das Objektiv an, das sie gerade macht.",

@@ -70,7 +70,7 @@ export default /** @type {const} */ ({
   "board.next-picture.from-board": "from the board",
   "board.next-picture.lens": "The next image is fitted with the lens <b>{lens}</b> ({width} × {height} px).",
   "board.next-step.finding": "Calibrating the lens…",
-  "board.next-step.found": "Lens calibration complete. See its accuracy on the right.",
+  "board.next-step.found": "Lens calibration complete. See its accuracy in the panel.",
   "board.next-step.pictures": { one: "{count} image. 20 to 40 are recommended.", other: "{count} images. 20 to 40 are recommended." },
   "board.next-step.say-which": "Enter the type and size of the board, and add about 20 images of it.",
   "board.next-step.server-looks": "The server detects the board in every image, then calibrates the lens.",

@@ -37,7 +37,7 @@ export default /** @type {const} */ ({
   "help.stop.activate.camera": "Camera",
   "help.stop.activate.no-camera": "none: download the version instead",
   "help.stop.activate.not-yet": "not yet",
-  "help.stop.activate.text": "Activate the version. The live picture, REST and SSL-Vision then use it. To go back, activate an earlier version. The report and other formats are on the left.",
+  "help.stop.activate.text": "Activate the version. The live picture, REST and SSL-Vision then use it. To go back, activate an earlier version. The report and other formats are in the panel.",
   "help.stop.activate.title": "Activation",
   "help.stop.activate.version": "version {version}",
   "help.stop.borders.text": "Click {points} or more points along each border, on the middle of its painted line and from corner to corner. The loupe shows raw pixels. Arrow keys move a point by 0.1 px.",

@@ -61,7 +61,7 @@ export default /** @type {const} */ ({
   "rig.match.remove": "Remove match {match}",
   "rig.match.show": "Show match {match}",
   "rig.match.step.check": { one: "{count} match. Check the rig to compare it with the calibrations.", other: "{count} matches. Check the rig to compare them with the calibrations." },
-  "rig.match.step.checked": "The rig is checked. See the result on the right.",
+  "rig.match.step.checked": "The rig is checked. See the result in the panel.",
   "rig.match.step.click.a": "Click point {point} in the left image too.",
   "rig.match.step.click.b": "Click point {point} in the right image too.",
   "rig.match.step.first": "Click an object in the left image, then the same object in the right image.",

@@ -15,6 +15,7 @@ export default /** @type {const} */ ({
   "settings.change.cameras": "Add or change cameras",
   "settings.change.network": "Change under Publishing",
   "settings.days": "{days} days",
+  "settings.health.elsewhere": { one: "{count} problem on other pages:", other: "{count} problems on other pages. The worst:" },
   "settings.health.good": "No problems.",
   "settings.health.title": "Health",
   "settings.health.version": "Version {version}, up for {time}.",

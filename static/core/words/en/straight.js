@@ -48,7 +48,7 @@ export default /** @type {const} */ ({
   "straight.left-out.title": "Edges not used",
   "straight.lens-kind": "Model",
   "straight.next-step.add": "Add one or more images from the same camera that show long straight edges.",
-  "straight.next-step.judged": "Evaluation complete. See the result on the right.",
+  "straight.next-step.judged": "Evaluation complete. See the result in the panel.",
   "straight.next-step.judging": "Evaluating the edges…",
   "straight.next-step.pictures": { one: "{count} image. Use edges in as many directions as possible.", other: "{count} images. Use edges in as many directions as possible." },
   "straight.next-step.server-looks": "The server detects straight edges, then fits the lens that makes them straight.",

@@ -4,6 +4,7 @@ import { capitalised } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { model, modelTitle } from "../../../core/state.js";
 import { nameOr, t } from "../../../core/words.js";
+import { LengthInput } from "../../../ui/length_input.js";
 import { Typed } from "../../../ui/typed.js";
 import { KnownLens } from "./known_lens.js";
 
@@ -140,17 +141,14 @@ function NumberField({ option: { type, range: r }, value, set, about }) {
 /** A measure and how sure it is: 2 500 ± 30. @param {Props} props */
 function ValueAndSigma({ option: { range: r, default: fallback }, value, set, about }) {
   const now = /** @type {{ value: number, sigma: number } | null} */ (value ?? fallback);
-  const setValue = (/** @type {string} */ text) =>
-    set(text === "" ? null : { value: Number(text), sigma: now?.sigma ?? TAPE_MM });
+  const setValue = (/** @type {number | null} */ mm) =>
+    set(mm === null ? null : { value: mm, sigma: now?.sigma ?? TAPE_MM });
   return html`
-    <${Typed}
-      type="number"
+    <${LengthInput}
       ...${about}
-      step="any"
-      min=${r?.[0]}
-      max=${r?.[1]}
+      range=${r}
       placeholder=${t("calibrate.options.not-set")}
-      value=${now?.value ?? ""}
+      value=${now?.value ?? null}
       take=${setValue}
     />
     ${

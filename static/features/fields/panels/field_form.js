@@ -15,6 +15,8 @@ import { NumberInput, TextInput } from "./numbers.js";
 
 /** @typedef {import("../types").FieldDoc} FieldDoc */
 
+const SIZES_MM = /** @type {[number, number]} */ ([500, 100_000]); // of fields
+
 export function FieldForm() {
   const doc = history.doc.value;
   if (!doc) return null;
@@ -49,6 +51,7 @@ export function FieldForm() {
       <${NumberInput}
         label=${t("field-editor.form.length")}
         entry="length_mm"
+        range=${SIZES_MM}
         value=${doc.length_mm}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ length) =>
           length > 0 ? withSize(d, length, d.width_mm, sizing.value) : d}
@@ -56,6 +59,7 @@ export function FieldForm() {
       <${NumberInput}
         label=${t("field-editor.form.width")}
         entry="width_mm"
+        range=${SIZES_MM}
         value=${doc.width_mm}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ width) =>
           width > 0 ? withSize(d, d.length_mm, width, sizing.value) : d}

@@ -4,7 +4,7 @@ import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { Fold } from "../../../ui/fold.js";
-import { Typed } from "../../../ui/typed.js";
+import { LengthInput } from "../../../ui/length_input.js";
 import { isShipped } from "../editor.js";
 import {
   addSeen,
@@ -86,14 +86,11 @@ function Row({ doc, i }) {
   return html`<li>
     ${spot("from")}${spot("to")}
     <span class="line">
-      <${Typed}
-        type="number"
-        step="any"
-        min="1"
+      <${LengthInput}
         aria-label=${t("field-editor.measured.distance-mm", { number: i + 1 })}
         data-testid=${`distance-${i}-mm`}
-        value=${it.mm ?? ""}
-        take=${(/** @type {string} */ text) => set({ mm: Number(text) > 0 ? Number(text) : null })}
+        value=${it.mm ?? null}
+        take=${(/** @type {number | null} */ mm) => set({ mm: mm !== null && mm > 0 ? mm : null })}
       />
       <small>mm</small>
       ${

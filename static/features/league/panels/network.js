@@ -30,6 +30,7 @@ const STATES = {
   failing: t("network.state.failing"),
 };
 /** For which of our cameras a heard one is to be kept, by sender and number. */
+const LEAST_MM = 0.1; // of an upper limit
 const targets = signal(/** @type {Record<string, string>} */ ({}));
 
 export function PublishingPage() {
@@ -181,6 +182,10 @@ function Entry({ name, label, value, type = "number", step = "1", title = "" }) 
   </label>`;
 }
 
+/** At most, where the error itself is not known. @param {PublishedCamera} camera */
+const lossAbove = ({ loss }) =>
+  loss ? `≤ ${mm(Math.max(loss.worst_mm, LEAST_MM))}` : t("network.sent.not-known");
+
 /** What is sent of each camera. @param {{ it: Publishing }} props */
 function Sent({ it }) {
   if (!it.cameras.length) return html`<p class="reason">${t("network.sent.nothing")}</p>`;
@@ -221,7 +226,7 @@ function Sent({ it }) {
           </td>
           <td>${c.fit_expected ? mm(c.fit_expected.rms) : t("network.sent.not-known")}</td>
           <td class=${above(c.expected?.rms, it)} title=${lossOf(c)}>
-            ${c.expected ? mm(c.expected.rms) : c.loss ? `≤ ${mm(c.loss.worst_mm)}` : t("network.sent.not-known")}
+            ${c.expected ? mm(c.expected.rms) : lossAbove(c)}
           </td>
           <td class=${above(topsOf(c), it)}>${topsOf(c) === null ? t("network.sent.not-known") : mm(topsOf(c))}</td>
           <td>

@@ -10,6 +10,7 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Watching } from "../../live/panels/camera_page.js";
 
 const PAGE = 48;
+const PLACES = [1, 2, 3, 4]; // of images that are not listed yet
 
 export const ImagesPage = () => html`<div class="page" data-testid="images-page">
   <h1>${t("library.images")}</h1>
@@ -58,7 +59,8 @@ function Images({ camera = "" }) {
   useEffect(() => void load(null), [newest]);
   return html`<section aria-label=${t("library.earlier-pictures")}>
     <h2>${items?.length === 0 ? t("library.no-image") : t("library.newest-first")}</h2>
-    <ul class="recent">
+    <ul class="recent" aria-busy=${String(items === null)}>
+      ${items === null && PLACES.map((at) => html`<li key=${at} class="waits" aria-hidden="true"></li>`)}
       ${items?.map(
         (s) => html`<li key=${s.id}>
         <a href=${addressOf("calibrate", { picture: s.id, step: "points" })} data-testid=${`recent-${s.id}`}>

@@ -8,7 +8,7 @@ import { addressOf } from "../../../core/route.js";
 import { LANGUAGES, chooseLanguage, chosenLanguage, nameOr, t } from "../../../core/words.js";
 import { CHOICES, choice, chooseCorrection, correctionWords } from "../../../canvas/graphics.js";
 import { Typed } from "../../../ui/typed.js";
-import { serverProblems } from "../../shell/problems.js";
+import { problems } from "../../shell/problems.js";
 import {
   chooseName,
   fetchSettings,
@@ -51,23 +51,35 @@ export function SettingsPage() {
 }
 
 function Health() {
-  const it = health.value;
+  const it = health.value,
+    here = problems.value.filter(({ place }) => place === "system"),
+    elsewhere = problems.value.find(({ place }) => place !== "system");
   if (!it) return null;
   return html`<section aria-label=${t("settings.health.title")}>
     <h2>${t("settings.health.title")}</h2>
+    <p data-testid="health" data-count=${problems.value.length}>
+      ${
+        problems.value.length === 0 && html`<b class="level good">${t("settings.health.good")}</b>`
+      }${" "}
+      ${t("settings.health.version", { version: it.version, time: span(it.uptime_s) })}
+    </p>
     ${
-      serverProblems.value.length === 0
-        ? html`<p>
-        <b class="level good">${t("settings.health.good")}</b>${" "}
-        ${t("settings.health.version", { version: it.version, time: span(it.uptime_s) })}
-      </p>`
-        : html`<ul class="warnings" data-testid="health-warnings">
-        ${serverProblems.value.map(
-          ({ id, text, fix }) => html`<li key=${id}>
-          <b>${text}</b> ${fix}
-        </li>`,
-        )}
-      </ul>`
+      here.length > 0 &&
+      html`<ul class="warnings" data-testid="health-warnings">
+      ${here.map(
+        ({ id, text, fix }) => html`<li key=${id}>
+        <b>${text}</b> ${fix}
+      </li>`,
+      )}
+    </ul>`
+    }
+    ${
+      elsewhere &&
+      html`<p data-testid="health-elsewhere">
+      ${t("settings.health.elsewhere", { count: problems.value.length - here.length })}${" "}
+      <b>${elsewhere.text}</b>${" "}
+      ${elsewhere.href && html`<a href=${elsewhere.href}>${t("common.show-it")}</a>`}
+    </p>`
     }
     <${RestoreBackup} />
   </section>`;

@@ -1,20 +1,20 @@
 // The bell: how many problems there are, and the list of them, each with the way to what mends it.
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
-import { problems } from "../problems.js";
+import { problems, summary } from "../problems.js";
 
 export function Bell() {
   const all = problems.value,
-    bad = all.filter((p) => p.level === "bad").length;
+    { count, level: worst } = summary.value;
   return html`
     <button
       type="button"
       class="round bell"
       data-testid="bell"
-      data-level=${bad ? "bad" : all.length ? "warn" : "ok"}
+      data-level=${worst}
       aria-haspopup="dialog"
       onClick=${() => list()?.showModal()}
-      aria-label=${all.length ? t("shell.problems.count", { count: all.length }) : t("shell.problems.none")}
+      aria-label=${count ? t("shell.problems.count", { count }) : t("shell.problems.none")}
       title=${t("shell.problems.title")}
     >
       <svg width="18" height="18" viewBox="0 0 24 24" aria-hidden="true">
@@ -26,7 +26,7 @@ export function Bell() {
           d="M5 17h14l-2-3v-4a5 5 0 0 0-10 0v4zM10 20a2 2 0 0 0 4 0"
         />
       </svg>
-      ${all.length > 0 && html`<span aria-hidden="true">${all.length}</span>`}
+      ${count > 0 && html`<span aria-hidden="true">${count}</span>`}
     </button>
     <dialog
       id="problems"
@@ -38,7 +38,7 @@ export function Bell() {
       }}
     >
       <div class="in">
-        <h2 id="problems-title">${all.length ? t("shell.problems.title") : t("shell.problems.none")}</h2>
+        <h2 id="problems-title">${count ? t("shell.problems.title") : t("shell.problems.none")}</h2>
         <ul>
           ${all.map(
             ({

@@ -1,14 +1,24 @@
 // Messages above the picture; none of them blocks the work.
-import { online } from "../../../core/api.js";
+import { useEffect } from "preact/hooks";
+import { SILENT, online } from "../../../core/api.js";
 import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { dismiss, notices } from "../../../core/state.js";
+import { dismiss, expireNotices, notices, renewNotices } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { draft, keepMine, takeTheirs } from "../../calibrate/draft.js";
 
+const LOOK_MS = 1000;
+/** Whether they are being read: what the pointer or the focus is on does not go. */
+const isRead = () =>
+  document.hidden || document.querySelector(".notices:is(:hover, :focus-within)") !== null;
+
 export function Notices() {
   const { state, theirs } = draft.value;
+  useEffect(() => {
+    const look = setInterval(() => (isRead() ? renewNotices() : expireNotices()), LOOK_MS);
+    return () => clearInterval(look);
+  }, []);
   return html`<div class="notices" role="status" aria-live="polite">
     ${
       !online.value &&
@@ -42,9 +52,11 @@ export function Notices() {
       </div>
     </div>`
     }
-    ${notices.value.map(
-      ({ id, level, text, fix, action }) =>
-        html`<div key=${id} class=${`notice ${level}`} role="alert" data-testid="notice">
+    ${notices.value
+      .filter(({ about }) => about !== SILENT || online.value) // said above
+      .map(
+        ({ id, level, text, fix, action }) =>
+          html`<div key=${id} class=${`notice ${level}`} role="alert" data-testid="notice">
         <p>
           <b>${text}</b> ${fix}
         </p>
@@ -60,7 +72,7 @@ export function Notices() {
           </button>
         </div>
       </div>`,
-    )}
+      )}
   </div>`;
 }
 

@@ -5,7 +5,7 @@ import { addressOf, route } from "../../../core/route.js";
 import { help } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { PLACES } from "../places.js";
-import { worstOf } from "../problems.js";
+import { summaryOfPlace } from "../problems.js";
 
 export const Rail = () => html`<nav class="rail" aria-label=${t("shell.rail.title")}>
   <a class="brand" href=${addressOf("wall")} aria-label=${t("shell.rail.brand")} tabindex="-1">
@@ -37,13 +37,14 @@ export const Rail = () => html`<nav class="rail" aria-label=${t("shell.rail.titl
   </button>
 </nav>`;
 
-/** That something there needs attention. @param {{ of: string }} props */
+/** How much needs attention there. @param {{ of: string }} props */
 function Dot({ of }) {
-  const level = worstOf((it) => it.place === of);
+  const { count, level } = summaryOfPlace(of);
   return (
-    level &&
+    count > 0 &&
     html`<i class="dot" data-level=${level} data-testid=${`dot-${of}`}>
-    <span class="sr">${t("shell.rail.attention")}</span>
+    <span aria-hidden="true">${count}</span>
+    <span class="sr">, ${t("shell.problems.count", { count })}</span>
   </i>`
   );
 }

@@ -1,4 +1,4 @@
-// Bottom of the page: what needs attention, which version stands, jobs, the keys that matter now, and dark or light.
+// Bottom of the page: what needs attention, what is saved, jobs, the keys that matter now, and dark or light.
 import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
@@ -8,8 +8,9 @@ import { THEMES, chooseTheme, theme } from "../../../core/theme.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { JobsIndicator } from "../../jobs/panels/jobs.js";
-import { problems } from "../problems.js";
+import { summary } from "../problems.js";
 import { isSaved, version } from "../../versions/versions.js";
+import { Saved } from "./saved.js";
 
 /** The keys of a step; the bar draws as many as find room. @type {Record<string, [string, string][]>} */
 const KEYS = {
@@ -51,15 +52,14 @@ const ALL = ["?", t("shell.keys.all")];
 
 /** The worst problem, with the way to what mends it; or that there is none. */
 function Health() {
-  const all = problems.value,
-    [worst] = all,
-    more = all.length - 1;
+  const { count, level, worst } = summary.value,
+    more = count - 1;
   if (!worst)
     return html`<span data-testid="status" data-level="ok">
       <i aria-hidden="true">✓</i> ${t("shell.problems.none")}
     </span>`;
-  return html`<span class="status" data-testid="status" data-level=${worst.level} role="status">
-    <i aria-hidden="true">▲</i> <b>${worst.text}</b>${" "}
+  return html`<span class="status" data-testid="status" data-level=${level} role="status">
+    <i aria-hidden="true">▲</i> <b title=${worst.text}>${worst.text}</b>${" "}
     ${worst.href && html`<a href=${worst.href}>${t("shell.status.fix")}</a>`}
     ${more > 0 && html`<small>${` ${t("shell.status.more", { count: more })}`}</small>`}
   </span>`;
@@ -70,6 +70,7 @@ export function StatusBar() {
     keys = [ALL, ...KEYS[route.value.view === "match" ? "match" : step.value]];
   return html`<footer>
     <${Health} />
+    <${Saved} />
     <span class="standing" data-testid="version">
       ${
         it

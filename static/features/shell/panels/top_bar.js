@@ -1,9 +1,18 @@
-// Top of the page: where it is, the steps of calibrating, whether all is saved, and the one bright button.
+// Top of the page: where it is, the steps of calibrating, and the one bright button.
 import { run } from "../../../core/actions.js";
+import { shortened } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
 import { addressOf, route } from "../../../core/route.js";
-import { busy, camera, namedCamera, opening, snapshot, step } from "../../../core/state.js";
+import {
+  busy,
+  camera,
+  cameras,
+  namedCamera,
+  opening,
+  snapshot,
+  step,
+} from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { saving } from "../../versions/versions.js";
@@ -11,14 +20,12 @@ import { openPalette } from "../palette.js";
 import { PLACES } from "../places.js";
 import { nextAction, steps } from "../steps.js";
 import { Bell } from "./bell.js";
-import { Saved } from "./saved.js";
 
 export function TopBar() {
   return html`<header>
     <${Where} />
     ${route.value.view === "calibrate" && html`<${Steps} />`}
     <div class="acts">
-      <${Saved} />
       <button
         type="button"
         class="search"
@@ -89,6 +96,15 @@ const Steps = () => html`<nav class="steps" aria-label=${t("shell.steps.title")}
   </ol>
 </nav>`;
 
+const LABEL_CHARACTERS = 36, // on two lines, where the bar is narrow
+  MIN_NAME_CHARACTERS = 12;
+/** What the button says: cameras with long names are shortened. @param {string} label */
+const fitting = (label) =>
+  cameras.value.reduce((text, { name }) => {
+    const room = LABEL_CHARACTERS - (text.length - name.length);
+    return text.replace(name, shortened(name, Math.max(room, MIN_NAME_CHARACTERS)));
+  }, label);
+
 function Next() {
   const { action, label, missing } = nextAction.value;
   if (!action) return null;
@@ -100,10 +116,11 @@ function Next() {
     data-testid="next"
     aria-disabled=${waits}
     title=${missing || label}
+    aria-label=${doing || label}
     onClick=${() => {
       if (!waits) run(action);
     }}
   >
-    ${doing || label}
+    ${fitting(doing || label)}
   </button>`;
 }

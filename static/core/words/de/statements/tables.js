@@ -100,6 +100,7 @@ export default {
   "option.places.calibration-sigma-mm": "Unsicherheit der Kalibrierung auf dem Teppich in jeder Richtung.",
   "option.places.hat-sigma-mm": "Unsicherheit der Kalibrierung auf der Höhe der Roboteroberseiten in jeder Richtung.",
   "option.places.robot-sigma-px": "Unsicherheit der Mitte eines Roboters in jeder Richtung.",
+  "option.refused": "Die Option {name} kann nicht {value} sein.",
   "option.tags.apart-mm": "Abstand von der Mitte des Teamflecks zur Mitte des eigenen Flecks.",
   "option.tags.front-deg": "Richtung der Vorderseite, gegen den Uhrzeigersinn ab der Richtung zum eigenen Fleck.",
   "option.tags.numbers": "Die eigenen Farben der Roboter in der Reihenfolge der Nummern ab 0. Bei zwei eigenen Flecken ist die Nummer erste · Anzahl + zweite.",
