@@ -2,9 +2,10 @@
 import { isUnfolded, unfold } from "../core/folds.js";
 import { html } from "../core/html.js";
 
+/** @typedef {import("../core/folds.js").Fold} Id */
+
 /** isWanted: open though nobody asked for it, for what is at work is in it.
- * @param {{ id: import("../core/folds.js").Fold, title: string, value?: any, isWanted?: boolean, children?: any }} props
- */
+ * @param {{ id: Id, title: string, value?: any, isWanted?: boolean, children?: any }} props */
 export function Fold({ id, title, value, isWanted = false, children }) {
   const isOpen = isWanted || isUnfolded(id);
   return html`<details
