@@ -96,7 +96,7 @@ const Steps = () => html`<nav class="steps" aria-label=${t("shell.steps.title")}
   </ol>
 </nav>`;
 
-const LABEL_CHARACTERS = 36, // on two lines, where the bar is narrow
+const LABEL_CHARACTERS = 40, // on two lines, where the bar is narrow
   MIN_NAME_CHARACTERS = 12;
 /** What the button says: cameras with long names are shortened. @param {string} label */
 const fitting = (label) =>

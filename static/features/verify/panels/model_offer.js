@@ -9,7 +9,11 @@ import { offer } from "../model_offer.js";
 
 export function ModelOffer() {
   const { isComparing, better } = offer.value;
-  if (isComparing) return html`<${Comparing} />`;
+  if (isComparing)
+    return html`<section>
+      <h2>${t("calibrate.model-table.comparing")}</h2>
+      <${Comparing} />
+    </section>`;
   if (!better) return null;
   const name = modelTitle(better.name);
   return html`<div class="question" data-testid="model-offer" role="status">
