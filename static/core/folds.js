@@ -2,7 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 
 const KEPT = "touchline.unfolded";
-/** @typedef {"lens" | "distortion" | "residuals" | "landmarks" | "measured"} Fold */
+/** @typedef {"lens" | "distortion" | "residuals" | "landmarks" | "measured" | "drift"} Fold */
 
 const unfolded = signal(
   /** @type {Set<Fold>} */ (

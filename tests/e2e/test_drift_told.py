@@ -60,6 +60,31 @@ def is_told(page, level: str) -> None:
         expect(page).not_to_have_title(re.compile("Knocked: The camera has moved"))
 
 
+def is_shown(page) -> None:
+    """Arrows on the picture, and the knock on the time line, by keys and in the table."""
+    expect(page.get_by_test_id(f"live-{ID}").locator(".field-lines")).to_have_count(
+        1, timeout=LONG_MS
+    )
+    arrows = page.get_by_test_id("drift-arrows")
+    expect(arrows.locator("[data-level=fair], [data-level=poor]").first).to_be_attached(
+        timeout=LONG_MS
+    )
+    expect(page.get_by_test_id("drift-legend")).to_contain_text(like("drift.arrows.scale"))
+    plot, words = page.get_by_test_id("drift-plot"), page.get_by_test_id("drift-time-words")
+    moved = "Knocked moved by"
+    page.get_by_test_id("fold-drift").locator("summary").click()
+    row = page.get_by_test_id("drift-table").get_by_role("row").filter(has_text=moved)
+    expect(row).to_have_count(1, timeout=LONG_MS)
+    plot.focus()
+    for _ in range(20):  # from stop to stop
+        if moved in (plot.get_attribute("aria-valuetext") or ""):
+            break
+        plot.press("ArrowRight")
+    expect(plot).to_have_attribute("aria-valuetext", re.compile(moved))
+    expect(words).to_contain_text(moved)
+    page.get_by_test_id("fold-drift").locator("summary").click()
+
+
 def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so(
     operator, server, followed, tmp_path
 ):
@@ -86,6 +111,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("problem").filter(has_text="Knocked").get_by_role("link").click()
     drift = page.get_by_test_id("drift")
     expect(drift).to_have_attribute("data-state", "knocked", timeout=LONG_MS)
+    is_shown(page)
     expect(page.get_by_test_id("problems")).to_be_hidden()
     expect(page.get_by_test_id("next")).to_have_text(t("drift.reregister"))
     page.get_by_test_id("next").click()
@@ -94,6 +120,8 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     expect(made).to_contain_text(like("drift.registered.apart"), timeout=LONG_MS)
     expect(page.get_by_test_id("next")).to_have_text(t("common.activate-version", version=2))
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
+    made.scroll_into_view_if_needed()
+    page.get_by_role("heading", level=1).scroll_into_view_if_needed()
     manual_picture(page, "drift")
     page.get_by_test_id("look-at-registered").click()
     expect(page.get_by_text(like("verify.version-points", version=2)).first).to_be_visible(
