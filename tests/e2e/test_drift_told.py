@@ -60,6 +60,37 @@ def is_told(page, level: str) -> None:
         expect(page).not_to_have_title(re.compile("Knocked: The camera has moved"))
 
 
+def has_lines_as_chosen(page) -> None:
+    """On the wall's picture, unless they are switched off, which this browser remembers."""
+    lines = page.get_by_test_id(f"live-{ID}").locator(".field-lines")
+    expect(lines).to_have_count(1, timeout=LONG_MS)
+    page.get_by_test_id("do-wall-lines").click()
+    expect(lines).to_have_count(0)
+    page.reload()
+    expect(page.get_by_test_id("do-wall-lines")).to_have_attribute("aria-pressed", "false")
+    expect(page.get_by_test_id(f"live-{ID}")).to_have_attribute(
+        "data-state", "live", timeout=LONG_MS
+    )
+    expect(lines).to_have_count(0)
+    page.get_by_test_id("do-wall-lines").click()
+    expect(lines).to_have_count(1, timeout=LONG_MS)
+
+
+def moves_only_while_the_operator_is_elsewhere(page, server) -> None:
+    """A camera that is knocked goes to the front once neither pointer nor focus is in the wall."""
+    tiles, tile = page.locator("[data-testid^=tile-]"), page.get_by_test_id(f"tile-{ID}")
+    expect(tiles.last).to_have_attribute("data-testid", f"tile-{ID}")
+    tile.hover()
+    assert server.api("PATCH", f"/cameras/{ID}/controls", json={"controls": {"knock": 0}}).ok
+    expect(tile).to_have_attribute("data-level", "bad", timeout=LONG_MS)
+    expect(tiles.last).to_have_attribute("data-testid", f"tile-{ID}")
+    page.get_by_test_id("fix-" + ID).focus()
+    page.mouse.move(5, 5)
+    expect(tiles.last).to_have_attribute("data-testid", f"tile-{ID}")
+    page.get_by_test_id("bell").focus()
+    expect(tiles.first).to_have_attribute("data-testid", f"tile-{ID}")
+
+
 def is_shown(page) -> None:
     """Arrows on the picture, and the knock on the time line, by keys and in the table."""
     expect(page.get_by_test_id(f"live-{ID}").locator(".field-lines")).to_have_count(
@@ -93,6 +124,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     card = page.get_by_test_id(f"drift-{ID}")
     expect(card).to_contain_text("No movement detected", timeout=LONG_MS)
     is_told(page, "ok")
+    has_lines_as_chosen(page)
     page.get_by_test_id("rail-system").click()
     assert server.api("PATCH", f"/cameras/{ID}/controls", json={"controls": {"knock": 4}}).ok
     is_told(page, "bad")  # though nobody looks at a camera
@@ -100,6 +132,9 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("rail-cameras").click()
     expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "bad")
     expect(page.get_by_test_id(f"tile-{ID}")).to_contain_text(like("live.wall.off"))
+    expect(page.locator("[data-testid^=tile-]").first).to_have_attribute(
+        "data-testid", f"tile-{ID}"
+    )
     fix = t("shell.next.fix-camera", camera="Knocked")
     # before any camera is calibrated that is not yet
     expect(page.get_by_test_id("next")).to_have_text(fix)
@@ -138,3 +173,4 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("rail-cameras").click()
     expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "ok")
     expect(page.get_by_test_id("events")).to_contain_text("Knocked moved by")
+    moves_only_while_the_operator_is_elsewhere(page, server)
