@@ -6,7 +6,7 @@ const LEAST = 0.002, // of the picture's diagonal: what is shorter is a dot
 
 /**
  * The places that are drawn: those with the longest arrows first, and none near another.
- * @template {{ was: import("../../core/types").Point, mm: number }} Place
+ * @template {{ was: import("../core/types").Point, mm: number }} Place
  * @param {Place[]} places
  * @param {number} diagonal of the picture
  */
@@ -17,12 +17,12 @@ export function drawnPlaces(places, diagonal) {
   return drawn;
 }
 
-/** @param {import("../../core/types").Point} a @param {import("../../core/types").Point} b */
+/** @param {import("../core/types").Point} a @param {import("../core/types").Point} b */
 const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
 
 /**
  * An SVG path, in pixels of the picture.
- * @param {{ was: import("../../core/types").Point, now: import("../../core/types").Point }} place
+ * @param {{ was: import("../core/types").Point, now: import("../core/types").Point }} place
  * @param {number} times
  * @param {number} diagonal of the picture
  */

@@ -76,6 +76,16 @@ def has_lines_as_chosen(page) -> None:
     expect(lines).to_have_count(1, timeout=LONG_MS)
 
 
+def stand_first_if_in_trouble(page) -> None:
+    """Cameras of other tests on the same server may be in trouble as well."""
+    until(
+        lambda: page.locator("[data-testid^=tile-]").evaluate_all(
+            "tiles => tiles.map((tile) => tile.dataset.level)"
+        ),
+        lambda levels: "bad" in levels and "bad" not in levels[levels.count("bad") :],
+    )
+
+
 def moves_only_while_the_operator_is_elsewhere(page, server) -> None:
     """A camera that is knocked goes to the front once neither pointer nor focus is in the wall."""
     tiles, tile = page.locator("[data-testid^=tile-]"), page.get_by_test_id(f"tile-{ID}")
@@ -88,7 +98,7 @@ def moves_only_while_the_operator_is_elsewhere(page, server) -> None:
     page.mouse.move(5, 5)
     expect(tiles.last).to_have_attribute("data-testid", f"tile-{ID}")
     page.get_by_test_id("bell").focus()
-    expect(tiles.first).to_have_attribute("data-testid", f"tile-{ID}")
+    stand_first_if_in_trouble(page)
 
 
 def is_shown(page) -> None:
@@ -132,9 +142,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("rail-cameras").click()
     expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "bad")
     expect(page.get_by_test_id(f"tile-{ID}")).to_contain_text(like("live.wall.off"))
-    expect(page.locator("[data-testid^=tile-]").first).to_have_attribute(
-        "data-testid", f"tile-{ID}"
-    )
+    stand_first_if_in_trouble(page)
     fix = t("shell.next.fix-camera", camera="Knocked")
     # before any camera is calibrated that is not yet
     expect(page.get_by_test_id("next")).to_have_text(fix)
@@ -164,6 +172,11 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     )
     is_told(page, "bad")
     page.screenshot(path=tmp_path / "looked_at.png")
+    page.goto(f"{server.url}/#/cameras/{ID}/versions")
+    newest = page.get_by_test_id("version-change").first
+    newest.locator("img").evaluate("picture => picture.decode()")
+    assert newest.locator("img").evaluate("picture => picture.naturalWidth") == 192
+    expect(newest.locator(".map [data-level=poor]").first).to_be_attached(timeout=LONG_MS)
     page.goto(f"{server.url}/#/cameras/{ID}/drift")
     page.get_by_test_id("use-registered").click()
     expect(drift).to_have_attribute("data-state", "steady", timeout=LONG_MS)

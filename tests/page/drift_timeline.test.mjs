@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import "./window.mjs";
-import { arrowPath, drawnPlaces } from "../../static/features/drift/arrows.js";
+import { arrowPath, drawnPlaces } from "../../static/canvas/arrows.js";
 import { axesOf, largestOf, rowsOf } from "../../static/features/drift/timeline.js";
 
 const HOUR = 3600;

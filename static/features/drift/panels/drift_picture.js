@@ -5,7 +5,7 @@ import { t } from "../../../core/words.js";
 import { LevelLegend } from "./level_legend.js";
 import { VIEW_PX, statuses } from "../../live/camera_status.js";
 import { LiveView } from "../../live/layers/live_view.js";
-import { arrowPath, drawnPlaces } from "../arrows.js";
+import { arrowPath, drawnPlaces } from "../../../canvas/arrows.js";
 import { displacement, longestArrow } from "../displacement.js";
 
 /** @param {{ id: string, name: string }} props */

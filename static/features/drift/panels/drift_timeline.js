@@ -11,7 +11,6 @@ import { axesOf, largestOf } from "../timeline.js";
 /** @typedef {import("../timeline.js").Row} Row @typedef {import("uplot")} UPlot */
 
 const HEIGHT = 200,
-  FONT = "11px system-ui, sans-serif",
   MINUTE = 60,
   GAP = 1.5; // entries: what is further apart was not measured between
 const STEPS_S = [1, 2, 5, 10, 15, 30, 60, 120].map((minutes) => minutes * MINUTE);
@@ -92,7 +91,7 @@ export function DriftTimeline() {
 }
 
 /** @param {number} px */
-const fontOf = (px) => FONT.replace("11", String(px));
+const fontOf = (px) => AXIS.font.replace("11", String(px));
 
 /** @param {Row} row */
 const inWords = ({ at, mm: far, events }) =>
@@ -106,7 +105,8 @@ const inWords = ({ at, mm: far, events }) =>
 const options = () => ({
   axes: [
     {
-      ...axis(),
+      ...AXIS,
+      labelFont: AXIS.font,
       label: t("drift.time.axis-time"),
       size: 24,
       incrs: STEPS_S,
@@ -115,7 +115,8 @@ const options = () => ({
         splits.map((s) => clock(1000 * s)),
     },
     {
-      ...axis(),
+      ...AXIS,
+      labelFont: AXIS.font,
       label: t("drift.time.axis-mm"),
       size: 40,
       values: (/** @type {UPlot} */ _u, /** @type {number[]} */ splits) =>
@@ -124,16 +125,15 @@ const options = () => ({
   ],
 });
 
-const axis = () => ({
+const AXIS = {
   stroke: () => ink("--dim"),
-  font: FONT,
-  labelFont: FONT,
+  font: "11px system-ui, sans-serif",
   labelSize: 18,
   labelGap: 0,
   gap: 4,
   ticks: { show: false },
   grid: { stroke: () => ink("--line"), width: 1 },
-});
+};
 
 /** @param {UPlot} u @param {Row[]} all @param {number} movedMm @param {number} entryS */
 function draw(u, all, movedMm, entryS) {
