@@ -4,7 +4,7 @@ import { computed, effect, signal } from "@preact/signals";
 const KEPT = "touchline.unfolded";
 /**
  * @typedef {"lens" | "distortion" | "residuals" | "landmarks" | "measured" | "field" | "inside" | "map" | "versions"
- * | "export"} Fold
+ * | "export" | "drift"} Fold
  */
 
 const unfolded = signal(

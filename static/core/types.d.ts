@@ -5,7 +5,7 @@ import type {
 } from "./rest"; // generated from the API's description
 
 export type {
-  ArcJson as Arc, FigureLevels as Levels, AreaJson as SeenArea, Arrow, CameraDrift as Drift, CameraStatus, LineJson as Line, Model, ObservationJson as Observation, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
+  ArcJson as Arc, FigureLevels as Levels, AreaJson as SeenArea, Arrow, CameraDrift as Drift, CameraDisplacement as Displacement, CameraStatus, DriftEntry, Event as Happening, LineJson as Line, Model, ObservationJson as Observation, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
   RegionJson as Region, ResidualArrows as Arrows, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, Snapshot, SnappedPoint as SnapAnswer, WarningJson as Warning,
 } from "./rest";
 /** What is drawn over a picture: a marking of the field, or a line of a grid. */

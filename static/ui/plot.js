@@ -5,11 +5,12 @@ import { html } from "../core/html.js";
 import { t } from "../core/words.js";
 import uPlot from "uplot";
 
-const probe = document.createElement("i");
+/** @type {HTMLElement | undefined} */ let probe;
 
 /** A colour of the page as it is now, for a canvas. @param {string} name */
 export function ink(name) {
-  if (!probe.isConnected) {
+  if (!probe?.isConnected) {
+    probe = document.createElement("i");
     probe.hidden = true;
     document.body.append(probe);
   }

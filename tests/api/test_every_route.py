@@ -122,6 +122,7 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "PATCH /cameras/{id}/controls": sent(id=live, json={"controls": {"gain": 1.1}}),
     "GET /cameras/{id}/detections": sent(id="cam0"),
     "GET /cameras/{id}/frame.{format}": sent(id="cam0", format="jpg", params={"width": 100}),
+    "GET /cameras/{id}/drift": sent(id="cam0"),
     "POST /cameras/{id}/reregister": sent(id="cam0", json=pictured),
     "DELETE /cameras/{id}/rolls": sent(id=lambda w: w.rolled and "cam1"),
     "GET /cameras/{id}/rolls": sent(id=lambda w: w.rolled and "cam1"),

@@ -1,5 +1,6 @@
 """A camera that is knocked while it is live: found in seconds, told with a cure, and registered anew by one call."""
 
+import math
 import re
 
 import pytest
@@ -11,6 +12,7 @@ from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.sim_clicks import border_observations
 from tests.support.waiting import until
+from touchline.evaluate.verdict import level_of
 from touchline.main import create_app
 from touchline.settings import Settings
 from touchline.sources import SourceContext, source_from_url
@@ -36,6 +38,19 @@ def test_a_knock_is_found_told_and_registered_anew(followed):
     assert client.get(f"{camera.path}/status").json()["drift_px"] == pytest.approx(
         alarm["px"], abs=0.2
     )
+
+    def displaced():
+        return client.get(f"{camera.path}/drift").json()
+
+    shown = until(displaced, lambda shown: any(place["mm"] > 10 for place in shown["places"]))
+    assert shown["calibration"] == first and shown["image_size"] == [480, 384]
+    moved_px = [math.dist(place["was"], place["now"]) for place in shown["places"]]
+    assert len(moved_px) > 12 and max(moved_px) == pytest.approx(3, rel=0.2)
+    assert all(place["level"] == level_of(place["mm"]) for place in shown["places"])
+    last = until(displaced, lambda shown: (shown["history"][-1]["mm"] or 0) > 10)["history"][-1]
+    assert last["at"] % shown["entry_s"] == 0
+    later = client.get(f"{camera.path}/drift", params={"since": last["at"] + 3600}).json()
+    assert later["history"] == []
 
     events = until(
         lambda: client.get(f"{API}/events").json()["items"],
@@ -140,6 +155,9 @@ def test_a_calibration_whose_lines_lie_centimetres_aside_is_doubted_and_no_alarm
 def test_without_a_calibration_nothing_is_followed_or_registered(followed):
     camera = followed()
     assert camera.drift()["state"] is None
+    shown = camera.client.get(f"{camera.path}/drift").json()
+    assert (shown["places"], shown["history"], shown["at"]) == ([], [], None)
+    refusal(camera.client.get(f"{API}/cameras/nowhere/drift"), 404, "unknown-camera")
     refusal(camera.client.post(f"{camera.path}/reregister"), 409, "not-calibrated")
     refusal(camera.client.post(f"{API}/cameras/nowhere/reregister"), 404, "unknown-camera")
     refusal(camera.client.post(f"{camera.path}/reregister", json={"frames": 0}), 422)

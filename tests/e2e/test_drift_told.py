@@ -60,6 +60,72 @@ def is_told(page, level: str) -> None:
         expect(page).not_to_have_title(re.compile("Knocked: The camera has moved"))
 
 
+def has_lines_as_chosen(page) -> None:
+    """On the wall's picture, unless they are switched off, which this browser remembers."""
+    lines = page.get_by_test_id(f"live-{ID}").locator(".field-lines")
+    expect(lines).to_have_count(1, timeout=LONG_MS)
+    page.get_by_test_id("do-wall-lines").click()
+    expect(lines).to_have_count(0)
+    page.reload()
+    expect(page.get_by_test_id("do-wall-lines")).to_have_attribute("aria-pressed", "false")
+    expect(page.get_by_test_id(f"live-{ID}")).to_have_attribute(
+        "data-state", "live", timeout=LONG_MS
+    )
+    expect(lines).to_have_count(0)
+    page.get_by_test_id("do-wall-lines").click()
+    expect(lines).to_have_count(1, timeout=LONG_MS)
+
+
+def stand_first_if_in_trouble(page) -> None:
+    """Cameras of other tests on the same server may be in trouble as well."""
+    until(
+        lambda: page.locator("[data-testid^=tile-]").evaluate_all(
+            "tiles => tiles.map((tile) => tile.dataset.level)"
+        ),
+        lambda levels: "bad" in levels and "bad" not in levels[levels.count("bad") :],
+    )
+
+
+def moves_only_while_the_operator_is_elsewhere(page, server) -> None:
+    """A camera that is knocked goes to the front once neither pointer nor focus is in the wall."""
+    tiles, tile = page.locator("[data-testid^=tile-]"), page.get_by_test_id(f"tile-{ID}")
+    expect(tiles.last).to_have_attribute("data-testid", f"tile-{ID}")
+    tile.hover()
+    assert server.api("PATCH", f"/cameras/{ID}/controls", json={"controls": {"knock": 0}}).ok
+    expect(tile).to_have_attribute("data-level", "bad", timeout=LONG_MS)
+    expect(tiles.last).to_have_attribute("data-testid", f"tile-{ID}")
+    page.get_by_test_id("fix-" + ID).focus()
+    page.mouse.move(5, 5)
+    expect(tiles.last).to_have_attribute("data-testid", f"tile-{ID}")
+    page.get_by_test_id("bell").focus()
+    stand_first_if_in_trouble(page)
+
+
+def is_shown(page) -> None:
+    """Arrows on the picture, and the knock on the time line, by keys and in the table."""
+    expect(page.get_by_test_id(f"live-{ID}").locator(".field-lines")).to_have_count(
+        1, timeout=LONG_MS
+    )
+    arrows = page.get_by_test_id("drift-arrows")
+    expect(arrows.locator("[data-level=fair], [data-level=poor]").first).to_be_attached(
+        timeout=LONG_MS
+    )
+    expect(page.get_by_test_id("drift-legend")).to_contain_text(like("drift.arrows.scale"))
+    plot, words = page.get_by_test_id("drift-plot"), page.get_by_test_id("drift-time-words")
+    moved = "Knocked moved by"
+    page.get_by_test_id("fold-drift").locator("summary").click()
+    row = page.get_by_test_id("drift-table").get_by_role("row").filter(has_text=moved)
+    expect(row).to_have_count(1, timeout=LONG_MS)
+    plot.focus()
+    for _ in range(20):  # from stop to stop
+        if moved in (plot.get_attribute("aria-valuetext") or ""):
+            break
+        plot.press("ArrowRight")
+    expect(plot).to_have_attribute("aria-valuetext", re.compile(moved))
+    expect(words).to_contain_text(moved)
+    page.get_by_test_id("fold-drift").locator("summary").click()
+
+
 def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so(
     operator, server, followed, tmp_path
 ):
@@ -68,6 +134,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     card = page.get_by_test_id(f"drift-{ID}")
     expect(card).to_contain_text("No movement detected", timeout=LONG_MS)
     is_told(page, "ok")
+    has_lines_as_chosen(page)
     page.get_by_test_id("rail-system").click()
     assert server.api("PATCH", f"/cameras/{ID}/controls", json={"controls": {"knock": 4}}).ok
     is_told(page, "bad")  # though nobody looks at a camera
@@ -75,6 +142,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("rail-cameras").click()
     expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "bad")
     expect(page.get_by_test_id(f"tile-{ID}")).to_contain_text(like("live.wall.off"))
+    stand_first_if_in_trouble(page)
     fix = t("shell.next.fix-camera", camera="Knocked")
     # before any camera is calibrated that is not yet
     expect(page.get_by_test_id("next")).to_have_text(fix)
@@ -86,6 +154,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("problem").filter(has_text="Knocked").get_by_role("link").click()
     drift = page.get_by_test_id("drift")
     expect(drift).to_have_attribute("data-state", "knocked", timeout=LONG_MS)
+    is_shown(page)
     expect(page.get_by_test_id("problems")).to_be_hidden()
     expect(page.get_by_test_id("next")).to_have_text(t("drift.reregister"))
     page.get_by_test_id("next").click()
@@ -94,6 +163,8 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     expect(made).to_contain_text(like("drift.registered.apart"), timeout=LONG_MS)
     expect(page.get_by_test_id("next")).to_have_text(t("common.activate-version", version=2))
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
+    made.scroll_into_view_if_needed()
+    page.get_by_role("heading", level=1).scroll_into_view_if_needed()
     manual_picture(page, "drift")
     page.get_by_test_id("look-at-registered").click()
     expect(
@@ -101,6 +172,11 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     ).to_be_visible(timeout=LONG_MS)
     is_told(page, "bad")
     page.screenshot(path=tmp_path / "looked_at.png")
+    page.goto(f"{server.url}/#/cameras/{ID}/versions")
+    newest = page.get_by_test_id("version-change").first
+    newest.locator("img").evaluate("picture => picture.decode()")
+    assert newest.locator("img").evaluate("picture => picture.naturalWidth") == 192
+    expect(newest.locator(".map [data-level=poor]").first).to_be_attached(timeout=LONG_MS)
     page.goto(f"{server.url}/#/cameras/{ID}/drift")
     page.get_by_test_id("use-registered").click()
     expect(drift).to_have_attribute("data-state", "steady", timeout=LONG_MS)
@@ -110,3 +186,4 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("rail-cameras").click()
     expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "ok")
     expect(page.get_by_test_id("events")).to_contain_text("Knocked moved by")
+    moves_only_while_the_operator_is_elsewhere(page, server)

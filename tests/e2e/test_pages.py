@@ -158,6 +158,26 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     assert operator.draft()["updated_by"] == "Ada"
 
 
+def shows_what_changed(page, server, row, former, now):
+    """Arrows and the largest change; nothing moves when they arrive."""
+    change = row.get_by_test_id("version-change")
+    with holding(page, "**/difference/*.json", "GET") as held:
+        page.reload()
+        row.scroll_into_view_if_needed()
+        wait_until_held(page, held)
+        expect(change.get_by_test_id("version-change-words")).to_have_text(t("common.asking"))
+        before = row.bounding_box()
+    expect(change.locator(".map path").first).to_be_attached(timeout=LONG_MS)
+    assert row.bounding_box() == before
+    largest = server.api("GET", f"/calibrations/{former['id']}/difference/{now['id']}.json").json()[
+        "max_mm"
+    ]
+    words = like("versions.change.largest", version=former["version"])
+    expect(change.get_by_test_id("version-change-words")).to_have_text(words)
+    shown = change.locator("small b").text_content().split()[0].replace("\u202f", "")
+    assert float(shown) == pytest.approx(largest, abs=0.6)
+
+
 def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, server, versions):
     page = operator.page
     page.goto(f"{server.url}/#/cameras/table/versions")
@@ -166,6 +186,7 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
         return page.locator(f"[data-testid=shelf-version][data-version='{version['version']}']")
 
     first, second, _ = versions
+    shows_what_changed(page, server, row(second), first, second)
     before = len(server.api("GET", "/calibrations/activations?camera=table").json()["items"])
     for version in (first, second):
         press_activate(page, row(version).get_by_test_id("shelf-activate"))

@@ -19,6 +19,7 @@ from touchline.core.statements import say, sentence_in
 from touchline.drift.alarm import DriftWatch
 from touchline.drift.check import verdict_in
 from touchline.evaluate.field_lines.motion import LineReference, MotionSample
+from touchline.evaluate.verdict import level_of
 from touchline.images import decode_in_process
 from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.picture import AppliedCalibration
@@ -31,6 +32,8 @@ WAIT_S = 0.5  # for a frame
 LEARN_S, LEARN_FRAMES = 0.5, 5  # between the frames that are learnt from
 RETRY_S, MAX_RETRY_S = 5.0, 60.0  # where no lines were found to follow
 NICE = 10  # niceness: the picture goes first
+
+NO_DISPLACEMENT: JsonObject = {"calibration": None, "at": None, "image_size": None, "places": []}
 
 Source = Literal["calibration", "start"]  # of what lines looked like
 
@@ -46,6 +49,13 @@ class DriftPart(CameraPart):
         self._target: tuple[AppliedCalibration, JsonObject | None] | None = None
         self._changed = threading.Event()
         self.newest: CameraDrift | None = None
+        self._look: _Look | None = None
+        self.requests = {"displacement": lambda _request: (self.displacement(), b"")}
+
+    def displacement(self) -> JsonObject:
+        """Return how far each place of the lines has moved, plain JSON; no places where that was not measured."""
+        look = self._look
+        return NO_DISPLACEMENT if look is None else look.to_json()
 
     def apply(self, calibration: AppliedCalibration | None, picture: JsonObject | None) -> None:
         """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
@@ -57,7 +67,7 @@ class DriftPart(CameraPart):
         ):
             return  # the same again, as after a cable was out: what is known of it holds
         self._target = None if calibration is None else (calibration, picture)
-        self.newest = None
+        self.newest = self._look = None
         self._changed.set()
 
     def status(self) -> JsonObject:
@@ -114,7 +124,12 @@ class DriftPart(CameraPart):
                     sample = reference.lines.look(taken.frame.pixels, sample)
                     watch.add(sample, taken.time)
                     report(source, time.thread_time() - begun)
+                    self._note(target, _Look(calibration.id, taken.time, reference.lines, sample))
             self._changed.wait(DOUBTFUL_LOOK_S if watch.doubtful else LOOK_S)
+
+    def _note(self, target: tuple[AppliedCalibration, JsonObject | None], look: "_Look") -> None:
+        if self._target is target:
+            self._look = look
 
     def _reference_in(
         self, applied: AppliedCalibration, picture: JsonObject | None
@@ -140,6 +155,37 @@ class DriftPart(CameraPart):
             if self._changed.wait(LEARN_S):
                 return None
         return _reference(pictures, applied)
+
+
+class _Look(NamedTuple):
+    """The newest look: at which calibration's lines, when (unix, s), and what it found."""
+
+    calibration: str
+    at: float
+    lines: LineReference
+    sample: MotionSample
+
+    def to_json(self) -> JsonObject:
+        return {
+            "calibration": self.calibration,
+            "at": round(self.at, 3),
+            "image_size": list(self.lines.size),
+            "places": [
+                {
+                    "was": place.round(2).tolist(),
+                    "now": (place + shift).round(3).tolist(),
+                    "mm": round(float(mm), 3),
+                    "level": level_of(float(mm)),
+                }
+                for place, shift, mm in zip(
+                    self.sample.places,
+                    self.sample.shifts,
+                    self.lines.displacements_mm(self.sample),
+                    strict=True,
+                )
+                if np.isfinite(mm)
+            ],
+        }
 
 
 class _Reference(NamedTuple):

@@ -1,24 +1,32 @@
 """Whether a calibration is still right in the current image, and the pose by the lines when it is not."""
 
+from contextlib import suppress
 from typing import Annotated
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from pydantic import Field
+from typing_extensions import TypedDict
 
 from touchline.api import schemas
 from touchline.api.dependencies import CallerDep, ServicesDep
 from touchline.api.requests import MAX_PICTURES, AsJob, Id, PictureChoice
 from touchline.api.responses import Json, accepted, finished_or_queued
-from touchline.core.errors import BadInput, Conflict
+from touchline.core.errors import BadInput, Conflict, TouchlineError
+from touchline.core.json_values import PointJson
 from touchline.core.sentences import CALIBRATE_AND_ACTIVATE, NOT_CALIBRATED
 from touchline.core.statements import say
 from touchline.drift.check import CalibrationCheck, run_check
+from touchline.drift.live import NO_DISPLACEMENT
 from touchline.drift.reregister import run_register
+from touchline.evaluate.field_lines.motion import MOVED_MM
+from touchline.evaluate.report_types import Level
 from touchline.jobs import Job
+from touchline.services.drift_history import ENTRY_S, DriftEntry
 from touchline.services.forms import Name, Note, Strict
 
 router = APIRouter()
 
+DISPLACEMENT_S = 5.0  # for an answer of the camera's process
 FRAMES = 13  # over four seconds: who walks by has left most of them
 
 
@@ -59,6 +67,51 @@ async def check_calibration(
         "before": before,
     }
     return await finished_or_queued(request, services, "check", run_check, spec, job)
+
+
+class DriftPlace(TypedDict):
+    """was, now: where the place of a line was when calibrated and is now, raw px; mm: between them, on the carpet."""
+
+    was: PointJson
+    now: PointJson
+    mm: float
+    level: Level
+
+
+class CameraDisplacement(TypedDict):
+    """How far the camera's lines have moved, and had in the last hours; moved_mm: from there on it is an alarm."""
+
+    calibration: str | None
+    at: float | None
+    image_size: list[int] | None
+    places: list[DriftPlace]
+    moved_mm: float
+    entry_s: int
+    history: list[DriftEntry]
+
+
+Since = Annotated[float, Query(description="only what the history has from then on, unix, s")]
+
+
+@router.get("/cameras/{id}/drift", tags=["cameras"], response_model=CameraDisplacement)
+async def read_camera_drift(services: ServicesDep, id: Id, since: Since = 0.0) -> Json:
+    """Return where the lines were and are now, place by place, and the displacement in the last six hours.
+
+    No places while they are not measured. The history ends with the server, and with the camera's process.
+    """
+    await services.run_in_thread(services.cameras.get, id)
+    camera, measured = services.live.get_running(id), NO_DISPLACEMENT
+    if camera is not None and camera.status()["drift"] is not None:
+        with suppress(TouchlineError):  # its process ends or starts anew
+            measured = (await camera.request("displacement", DISPLACEMENT_S))[0]
+    return Json(
+        {
+            **measured,
+            "moved_mm": MOVED_MM,
+            "entry_s": ENTRY_S,
+            "history": services.events.drift.of(id, since),
+        }
+    )
 
 
 class Reregister(Strict):

@@ -19,6 +19,7 @@ from touchline.core.statements import Sentence, format_mm, say, stated
 from touchline.live.messages import CameraStatus
 from touchline.live.supervisor import LATE_S
 from touchline.services.cameras import CameraService
+from touchline.services.drift_history import DriftHistory
 from touchline.services.live import LiveCameras
 from touchline.store.repository import timestamp, utc_now
 from touchline.store.store import Store
@@ -70,9 +71,13 @@ class _Event:
 
 
 class CameraEvents:
-    """What cameras have done since the server was started. Written by the event loop's thread, read by any."""
+    """What cameras have done since the server was started. Written by the event loop's thread, read by any.
+
+    drift: how far each had moved in the last hours.
+    """
 
     def __init__(self) -> None:
+        self.drift = DriftHistory()
         self.noted: tuple[_Event, ...] = ()  # newest first
         self._known: dict[str, _Known] = {}
 
@@ -99,7 +104,9 @@ class CameraEvents:
             await asyncio.sleep(EVENTS_POLL_S)
             # else we were held up: what cameras sent lies unread
             if loop.time() - slept < EVENTS_POLL_S + LATE_S:
-                self.note({id: live.status(id) for id in live.running})
+                statuses = {id: live.status(id) for id in live.running}
+                self.note(statuses)
+                self.drift.note(statuses)
 
     def _compare(self, id: str, known: _Known, status: CameraStatus) -> _Known:
         works = WORKS.get(status["state"], known.works)

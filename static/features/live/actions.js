@@ -1,4 +1,5 @@
 // Actions on a live camera: take its picture, confirm it, try and save its source.
+import { route } from "../../core/route.js";
 import { t } from "../../core/words.js";
 import { takePicture } from "../calibrate/pictures.js";
 import {
@@ -11,6 +12,7 @@ import {
   testedSource,
   tryCamera,
 } from "./camera_page.js";
+import { toggleWallLines, wallLines } from "./wall.js";
 
 const STILL_FRAMES = 25;
 const isLive = () => status.value?.state === "live" || status.value?.state === "mismatch";
@@ -39,6 +41,15 @@ export const LIVE_ACTIONS = [
     group: "pictures",
     run: () => void confirmCamera(),
     enabled: () => status.value?.problem?.reason === "other-camera",
+  },
+  {
+    id: "wall-lines",
+    label: t("live.action.wall-lines"),
+    short: t("live.field-lines"),
+    group: "pictures",
+    run: toggleWallLines,
+    enabled: () => route.value.view === "wall",
+    pressed: () => wallLines.value,
   },
   {
     id: "try-camera",

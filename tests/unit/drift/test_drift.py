@@ -69,6 +69,23 @@ def test_a_small_knock_is_found_at_the_second_look(request, scene, by):
     assert told[-1].to_json()["alarm"] is True
 
 
+def test_each_place_is_shown_where_it_moved_to(half):
+    rendering, reference = half
+    other = bumped(rendering, 0.0, -0.3, 0.2)
+    sample = reference.look(other.frame_at(1, 1.0))
+    field = rendering.camera.field_from_raw(sample.places)
+    shifts = other.camera.raw_from_field(field) - sample.places
+    assert len(sample.places) == sample.seen > 20
+    assert np.linalg.norm(shifts, axis=1).min() > 1
+    assert np.percentile(np.linalg.norm(sample.shifts - shifts, axis=1), 95) < 0.25
+    mm = np.linalg.norm(
+        rendering.camera.field_from_raw(sample.places + sample.shifts) - field, axis=1
+    )
+    assert reference.displacements_mm(sample) == pytest.approx(mm, rel=0.15)
+    still = reference.look(rendering.frame_at(1, 1.0))
+    assert np.median(np.linalg.norm(still.shifts, axis=1)) < 0.1
+
+
 @pytest.mark.parametrize("degrees", [(0.6, 0, 0), (0, -0.5, 0.4), (0, 0, 2.0)])
 def test_a_hard_knock_is_told_in_millimetres_as_well(half, degrees):
     rendering, reference = half

@@ -126,6 +126,15 @@ OWN_FIELDS = {
     "CameraChanges": {
         "source": "where frames come from, such as rtsp://10.0.0.5/live; null: unchanged"
     },
+    "CameraDisplacement": {
+        "at": "when the places were measured, unix, s; null: not now",
+        "calibration": "the version that they are compared with; null: none are measured",
+        "entry_s": "how long one entry of the history is, s",
+        "history": "the displacement of the last six hours, oldest first",
+        "image_size": "[width, height] of the raw image, px; null: none are measured",
+        "moved_mm": "from this displacement on, the camera has moved, mm",
+        "places": "places on the field lines that were measured",
+    },
     "CameraSnapshot": {"camera": "id of the camera that takes it"},
     "CameraDrift": {
         "mm": "how far the camera's movement displaces the carpet, in 95 % of its region, mm; null: unknown",
@@ -218,6 +227,16 @@ OWN_FIELDS = {
         "sigma_mm": "by rows and columns: expected error, mm, 1 σ; null: out of reach",
     },
     "Attempt": {"refusal": "why the points cannot be fitted; null: they were"},
+    "DriftEntry": {
+        "at": "when the entry begins, unix, s",
+        "mm": "largest displacement within it, mm; null: none was measured",
+    },
+    "DriftPlace": {
+        "was": "where the place was when the camera was calibrated, [x, y], px of the raw image",
+        "now": "where it is, [x, y], px: measured across its line, along it as the whole image moved",
+        "mm": "how far it has moved on the carpet, mm",
+        "level": "good up to 5 mm, fair up to 15 mm, else poor",
+    },
     "Event": {
         "kind": "what has happened",
         "version": "of an activation: the version's number; null: none",

@@ -8,13 +8,14 @@ not tell exactly is no motion. Places covered by robots and people disagree with
 """
 
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 from typing import Literal
 
 import numpy as np
 
 from touchline.core import opencv
 from touchline.core.field import Field, Region
-from touchline.core.geometry import Array, ImageSize, Mask, Pixels, inside_picture
+from touchline.core.geometry import Array, ImageSize, Mask, Pixels, Points, inside_picture
 from touchline.evaluate.field_lines.expected import expected_lines, lines_in
 from touchline.evaluate.field_lines.orientation import OrientationReference
 from touchline.fitting.field_pattern import LineSamples, fine_pattern
@@ -25,7 +26,7 @@ from touchline.fitting.image_motion import (
     RegionSamples,
     estimate_motion,
 )
-from touchline.models import CameraModel
+from touchline.models import CameraModel, field_from_raw
 from touchline.vision.patches import LinePatches, LineShifts
 from touchline.vision.profiles import brightness_across
 from touchline.vision.ridges import with_bright_lines
@@ -80,6 +81,8 @@ MIN_PLACES_FOUND = 8
 # Of the line's contrast, squared: a fifth of it at least, for noise may look like anything.
 MIN_STRENGTH = 0.04
 
+NO_PLACES = np.empty((0, 2))
+
 Kind = Literal["seen", "soft", "covered", "gone", "dark", "turned", "mirrored"]
 
 
@@ -88,6 +91,8 @@ class MotionSample:
     """What one look found. moved: how far the picture did, None where unknown; sigmas: how sure that is, in σ.
 
     seen: count of places with their lines. softer_px: σ by which lines are softer than they were, negative for sharper.
+    places, shifts (n, 2) px: the places that agree, and how far each moved: across its line as measured, along it as
+    the whole picture did.
     """
 
     kind: Kind
@@ -96,6 +101,8 @@ class MotionSample:
     motion: ImageMotion | None = None
     sigmas: float = 0.0
     softer_px: float = 0.0
+    places: Points = dataclass_field(default_factory=lambda: NO_PLACES)
+    shifts: Points = dataclass_field(default_factory=lambda: NO_PLACES)
 
     def has_moved(self, share: float = 1.0) -> bool:
         """Return whether the lines are seen as sharp as they were, and elsewhere. share: of the usual limits."""
@@ -242,9 +249,32 @@ class LineReference:
         agreeing = found.copy()
         agreeing[found] = motion.agreeing
         sample = MotionSample(
-            kind, count, self.samples.measure(motion), motion, motion.sure, softer_px
+            kind,
+            count,
+            self.samples.measure(motion),
+            motion,
+            motion.sure,
+            softer_px,
+            self.patches.places[agreeing],
+            self._shifts(motion.q, view)[agreeing],
         )
         return sample, self._shares_by_way(agreeing)
+
+    def _shifts(self, q: Array, view: "_View") -> Points:
+        """Return how far each place moved (n, 2) px: by q, and across its line as far as it was measured."""
+        flow, places, normals = self.samples.flow, self.patches.places, self.patches.normals
+        fitted = flow.shifts(places, q)
+        beyond_px = np.sum((flow.shifts(places, view.q) - fitted) * normals, axis=1)
+        return fitted + (beyond_px + view.offsets.px)[:, None] * normals
+
+    def displacements_mm(self, sample: MotionSample) -> Array:
+        """Return how far each place of a sample has moved on the carpet, (n,) mm; NaN out of the model's reach."""
+        model = self.samples.flow.model
+        before, after = (
+            field_from_raw(model, places)
+            for places in (sample.places, sample.places + sample.shifts)
+        )
+        return np.linalg.norm(after - before, axis=1)
 
     def _shares_by_way(self, places: Mask) -> tuple[float, float]:
         """Return the share of these places of lines that run up and down the picture, and of those across it."""

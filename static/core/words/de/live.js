@@ -8,6 +8,7 @@ export default /** @type {const} */ ({
   "live.action.take-still.short": "Hintergrund aufnehmen",
   "live.action.try-camera": "Kameraadresse testen",
   "live.action.try-camera.short": "Adresse testen",
+  "live.action.wall-lines": "Feldlinien der aktiven Kalibrierungen auf allen Live-Bildern anzeigen",
   "live.calibration-first": "Aktivieren Sie zuerst eine Kalibrierung für diese Kamera.",
   "live.compare.how-to-zoom": "Zoomen Sie mit dem Mausrad oder mit zwei Fingern; ziehen Sie, um das Bild zu verschieben. Beide Bilder bewegen sich gemeinsam.",
   "live.compare.out-of-reach": "außerhalb des Bereichs",

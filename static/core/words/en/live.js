@@ -8,6 +8,7 @@ export default /** @type {const} */ ({
   "live.action.take-still.short": "Capture background",
   "live.action.try-camera": "Test the camera address",
   "live.action.try-camera.short": "Test address",
+  "live.action.wall-lines": "Show the field lines of the active calibrations on all live images",
   "live.calibration-first": "Activate a calibration for this camera first.",
   "live.compare.how-to-zoom": "Zoom with the wheel or two fingers; drag to pan. Both pictures move together.",
   "live.compare.out-of-reach": "out of range",

@@ -1,4 +1,5 @@
-// The tab Drift of a camera: whether it has moved, the check of its calibration, and the update of its pose.
+// The tab Drift of a camera: whether it has moved, where to and since when; the check of its calibration, and its pose
+// updated.
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
@@ -7,6 +8,8 @@ import { rich } from "../../../ui/rich.js";
 import { CheckWorking, CheckedPicture } from "../../check/panels/check.js";
 import { openedCamera, status } from "../../live/camera_page.js";
 import { DriftPanel } from "./drift.js";
+import { DriftPicture } from "./drift_picture.js";
+import { DriftTimeline } from "./drift_timeline.js";
 
 export function DriftPage() {
   const it = openedCamera.value;
@@ -22,6 +25,8 @@ export function DriftPage() {
           ${!status.value?.drift?.alarm && html`<${ActionButton} id="reregister" />`}
         </div>
         <${CheckWorking} />
+        <${DriftPicture} key=${it.id} id=${it.id} name=${it.name} />
+        <${DriftTimeline} key=${it.id} />
         <${CheckedPicture} />
       `
         : html`<p class="dim">

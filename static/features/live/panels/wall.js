@@ -1,4 +1,5 @@
 // All cameras, live, as cards: how each is, and the way to its calibration.
+import { useEffect } from "preact/hooks";
 import { run } from "../../../core/actions.js";
 import { areaName, mm } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -10,20 +11,26 @@ import { LensForNextPicture } from "../../boards/panels/board.js";
 import { LEVEL } from "../../calibrate/panels/levels.js";
 import { takePicture } from "../../calibrate/pictures.js";
 import { TourButton } from "../../help/panels/tour.js";
-import { problems } from "../../shell/problems.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { statuses } from "../camera_status.js";
 import { LiveView } from "../layers/live_view.js";
+import { isWallHeld, troubleOf, wallCameras, wallLines } from "../wall.js";
 
 const CARD_PX = 480,
   LEAST_MM = 0.05, // less is shown as 0.0
   CARD_FPS = 4; // enough to see what goes on; the camera's own page shows every frame
 
 export function Wall() {
+  useEffect(() => () => void (isWallHeld.value = false), []);
   return html`<div class="page wall">
     <h1 class="sr">${t("live.wall.title")}</h1>
     <${LensForNextPicture} />
-    <ul class="cards cameras">
-      ${cameras.value.map((camera) => html`<${Tile} key=${camera.id} camera=${camera} />`)}
+    ${
+      cameras.value.some((camera) => camera.active) &&
+      html`<div class="line"><${ActionButton} id="wall-lines" /></div>`
+    }
+    <ul class="cards cameras" ...${HELD}>
+      ${wallCameras.value.map((camera) => html`<${Tile} key=${camera.id} camera=${camera} />`)}
       <li>
         <a class="card add" data-testid="add-camera" href=${addressOf("new-camera")}>
           <b>${t("live.wall.add")}</b>
@@ -45,16 +52,37 @@ export function Wall() {
   </div>`;
 }
 
+/** @param {{ currentTarget: Element, relatedTarget: EventTarget | null }} e */
+const isLeft = ({ currentTarget, relatedTarget }) =>
+  !(relatedTarget instanceof Node && currentTarget.contains(relatedTarget));
+const hold = () => {
+  isWallHeld.value = true;
+};
+/** A pointer that leaves may leave the focus in it, and the other way round. @param {any} e */
+const release = (e) => {
+  if (isLeft(e))
+    isWallHeld.value =
+      e.type === "focusout"
+        ? e.currentTarget.matches(":hover")
+        : e.currentTarget.contains(document.activeElement);
+};
+const HELD = {
+  onPointerEnter: hold,
+  onPointerLeave: release,
+  onFocusIn: hold,
+  onFocusOut: release,
+};
+
 /** @param {{ camera: import("../../../core/types").Camera }} props */
 function Tile({ camera: { id, name, field, region, active } }) {
-  const worst = problems.value.find((it) => it.camera === id && it.level === "bad"),
+  const worst = troubleOf(id),
     alarm = statuses.value[id]?.drift?.alarm ? statuses.value[id].drift : null;
   const title =
     fields.value.find((f) => f.name === field)?.title ?? field ?? t("live.wall.no-field");
   return html`<li class="card" data-testid=${`tile-${id}`} data-level=${worst ? "bad" : active ? "ok" : "none"}>
     <a class="looked" data-testid=${`look-at-${id}`} href=${addressOf("live", { camera: id })}>
       <span class="sr">${t("live.wall.look-at")}${" "}</span>
-      <${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS} />
+      <${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS} lines=${wallLines.value} />
     </a>
     <div class="tile-head">
       <div>

@@ -26,6 +26,7 @@ import {
 import { changesInWords } from "../outdated.js";
 import { ExportMenu } from "./exports.js";
 import { Outdated } from "./outdated.js";
+import { VersionChange } from "./version_change.js";
 
 /** @typedef {import("../types").VersionRecord} Kept */
 
@@ -62,7 +63,13 @@ export function VersionListPage() {
         ${
           it.items.length
             ? html`<ul class="shelf" data-testid="shelf">
-            ${it.items.map((v) => html`<${Version} key=${v.id} it=${v} />`)}
+            ${it.items.map(
+              (v, i) => html`<${Version}
+                key=${v.id}
+                it=${v}
+                before=${camera ? (it.items[i + 1] ?? null) : null}
+              />`,
+            )}
           </ul>`
             : html`<p class="dim">
             ${rich("versions.list.nothing-saved", {
@@ -113,8 +120,8 @@ function RollBack() {
   </div>`;
 }
 
-/** @param {{ it: Kept }} props */
-function Version({ it }) {
+/** before: of the same camera, if there is one. @param {{ it: Kept, before: Kept | null }} props */
+function Version({ it, before }) {
   const { id, version, active, camera, snapshot, report, field_changes: changes = [] } = it,
     model = modelTitle(it.model.name);
   const isChosen = comparedPair.value.includes(id);
@@ -143,6 +150,7 @@ function Version({ it }) {
         ${it.made_by && t("versions.list.made-by", { person: it.made_by })}
       </small>
     </div>
+    <${VersionChange} it=${it} before=${before} />
     <${Typed}
       type="text"
       class="note"
