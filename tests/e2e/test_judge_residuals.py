@@ -71,7 +71,7 @@ def told_in_px_and_mm(astray):
     x, y = astray.spot(*astray.points("right")[1])
     page.mouse.move(x, y)
     mm = right[1]["mm"]
-    told = f"{mm:.0f}" if mm >= 10 else f"{mm:.1f}"
+    told = f"{mm:.0f}" if mm >= 10 else f"{mm:.1f}" if mm >= 0.05 else "< 0.1"
     expect(said(page)).to_contain_text(f"{right[1]['px']:.2f} px, {told} mm")
     page.get_by_test_id("unit-mm").click()
     expect(page.get_by_test_id("residuals")).to_have_attribute("aria-label", re.compile(r"\bmm\b"))

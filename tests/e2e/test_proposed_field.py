@@ -36,7 +36,7 @@ def test_a_field_that_nobody_described_is_proposed_saved_and_recognised(arriving
     arriving.is_at("field")
     propose, length = page.get_by_test_id("propose"), page.get_by_test_id("propose-length")
     expect(propose).to_be_disabled(timeout=LONG_MS)  # until a length is typed
-    length.fill("5")
+    length.fill("five")
     expect(propose).to_be_disabled()
     length.fill(f"{LENGTH_MM:.0f}")
     manual_picture(page, "field-proposed")

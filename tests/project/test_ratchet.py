@@ -17,7 +17,7 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 494_300,
+    "tokens": 496_300,
     "files": 359,
     "untyped dictionaries": 451,
     "modules with one importer": 53,

@@ -33,8 +33,6 @@ LEARN_S, LEARN_FRAMES = 0.5, 5  # between the frames that are learnt from
 RETRY_S, MAX_RETRY_S = 5.0, 60.0  # where no lines were found to follow
 NICE = 10  # niceness: the picture goes first
 
-NO_DISPLACEMENT: JsonObject = {"calibration": None, "at": None, "image_size": None, "places": []}
-
 Source = Literal["calibration", "start"]  # of what lines looked like
 
 
@@ -53,9 +51,9 @@ class DriftPart(CameraPart):
         self.requests = {"displacement": lambda _request: (self.displacement(), b"")}
 
     def displacement(self) -> JsonObject:
-        """Return how far each place of the lines has moved, plain JSON; no places where that was not measured."""
+        """Return how far each place of the lines has moved, plain JSON; empty where that was not measured."""
         look = self._look
-        return NO_DISPLACEMENT if look is None else look.to_json()
+        return {} if look is None else look.to_json()
 
     def apply(self, calibration: AppliedCalibration | None, picture: JsonObject | None) -> None:
         """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""

@@ -12,20 +12,20 @@ from touchline.api.dependencies import CallerDep, ServicesDep
 from touchline.api.requests import MAX_PICTURES, AsJob, Id, PictureChoice
 from touchline.api.responses import Json, accepted, finished_or_queued
 from touchline.core.errors import BadInput, Conflict, TouchlineError
-from touchline.core.json_values import PointJson
+from touchline.core.json_values import JsonObject, PointJson
 from touchline.core.sentences import CALIBRATE_AND_ACTIVATE, NOT_CALIBRATED
 from touchline.core.statements import say
 from touchline.drift.check import CalibrationCheck, run_check
-from touchline.drift.live import NO_DISPLACEMENT
 from touchline.drift.reregister import run_register
 from touchline.evaluate.field_lines.motion import MOVED_MM
 from touchline.evaluate.report_types import Level
 from touchline.jobs import Job
-from touchline.services.drift_history import ENTRY_S, DriftEntry
+from touchline.services.activity import ENTRY_S, DriftEntry
 from touchline.services.forms import Name, Note, Strict
 
 router = APIRouter()
 
+NO_DISPLACEMENT: JsonObject = {"calibration": None, "at": None, "image_size": None, "places": []}
 DISPLACEMENT_S = 5.0  # for an answer of the camera's process
 FRAMES = 13  # over four seconds: who walks by has left most of them
 
@@ -100,12 +100,14 @@ async def read_camera_drift(services: ServicesDep, id: Id, since: Since = 0.0) -
     No places while they are not measured. The history ends with the server, and with the camera's process.
     """
     await services.run_in_thread(services.cameras.get, id)
-    camera, measured = services.live.get_running(id), NO_DISPLACEMENT
+    camera = services.live.get_running(id)
+    measured: JsonObject = {}
     if camera is not None and camera.status()["drift"] is not None:
         with suppress(TouchlineError):  # its process ends or starts anew
             measured = (await camera.request("displacement", DISPLACEMENT_S))[0]
     return Json(
         {
+            **NO_DISPLACEMENT,
             **measured,
             "moved_mm": MOVED_MM,
             "entry_s": ENTRY_S,

@@ -1,4 +1,5 @@
-"""What has happened to cameras and versions, and which operators have a picture open.
+"""What has happened to cameras and versions, how far cameras had moved, and which operators have a
+picture open.
 
 The store keeps activations. What cameras did is noted here while the server runs, and forgotten with it.
 """
@@ -6,20 +7,22 @@ The store keeps activations. What cameras did is noted here while the server run
 import asyncio
 import heapq
 import itertools
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from operator import itemgetter
 from threading import Lock
-from time import monotonic
+from time import monotonic, time
 from typing import Any, Literal
+
+from typing_extensions import TypedDict
 
 from touchline.core.statements import Sentence, format_mm, say, stated
 from touchline.live.messages import CameraStatus
 from touchline.live.supervisor import LATE_S
 from touchline.services.cameras import CameraService
-from touchline.services.drift_history import DriftHistory
 from touchline.services.live import LiveCameras
 from touchline.store.repository import timestamp, utc_now
 from touchline.store.store import Store
@@ -29,6 +32,9 @@ Kind = Literal["activated", "offline", "back", "moved", "cleared"]
 FROM_FILES = say("event.images-from-files", "the images from files")
 # a camera that hangs is stalled for half a second, then its process starts anew
 EVENTS_POLL_S = 0.25
+ENTRY_S = 20  # of one entry of how far a camera had moved
+HISTORY_S = 6 * 3600
+MAX_ENTRIES = HISTORY_S // ENTRY_S
 MAX_NOTED = 500  # of all cameras together; a loose cable makes two a minute
 # other states tell nothing new
 WORKS = {"live": True, "mismatch": True, "stalled": False, "offline": False}
@@ -68,6 +74,45 @@ class _Event:
         """Return it in words. camera: its name."""
         moved = {"distance": self.distance} if self.distance else {}
         return say(*self.said, camera=camera, **moved)
+
+
+class DriftEntry(TypedDict):
+    """at: when it begins, unix, s. mm: the largest displacement within it; None where none was measured."""
+
+    at: int
+    mm: float | None
+
+
+class DriftHistory:
+    """The newest entries of each camera. Written by the event loop's thread, read by any."""
+
+    def __init__(self, clock: Callable[[], float] = time) -> None:
+        self._clock = clock
+        self._entries: dict[str, deque[DriftEntry]] = {}
+
+    def note(self, statuses: Mapping[str, CameraStatus]) -> None:
+        """Note how far cameras have moved. statuses: of every camera that runs; others are forgotten."""
+        at = int(self._clock()) // ENTRY_S * ENTRY_S
+        for id in [*self._entries]:
+            if id not in statuses:
+                del self._entries[id]
+        for id, status in statuses.items():
+            if status["active_calibration"] is not None:
+                drift = status["drift"]
+                self._add(id, at, drift["mm"] if drift is not None and drift["monitored"] else None)
+
+    def of(self, camera: str, since: float = 0.0) -> list[DriftEntry]:
+        """Return a camera's entries that begin at that time (unix, s) or later, oldest first."""
+        return [entry for entry in [*self._entries.get(camera, ())] if entry["at"] >= since]
+
+    def _add(self, id: str, at: int, mm: float | None) -> None:
+        entries = self._entries.setdefault(id, deque(maxlen=MAX_ENTRIES))
+        while entries and entries[-1]["at"] > at:  # the clock was set back
+            entries.pop()
+        if not entries or entries[-1]["at"] < at:
+            entries.append({"at": at, "mm": mm})
+        elif mm is not None:
+            entries[-1] = {"at": at, "mm": max(mm, entries[-1]["mm"] or 0.0)}
 
 
 class CameraEvents:

@@ -1,6 +1,6 @@
 """How far cameras had moved in the last hours: what is noted, and what is forgotten."""
 
-from touchline.services.drift_history import ENTRY_S, MAX_ENTRIES, DriftHistory
+from touchline.services.activity import ENTRY_S, MAX_ENTRIES, DriftHistory
 
 
 def status(mm, monitored=True, calibration="a"):

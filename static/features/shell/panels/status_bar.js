@@ -1,5 +1,4 @@
 // Bottom of the page: what needs attention, what is saved, jobs, the keys that matter now, and dark or light.
-import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
 import { route } from "../../../core/route.js";
@@ -77,7 +76,6 @@ export function StatusBar() {
           ? html`
           ${rich(it.active ? "shell.status.version-active" : "shell.status.version-saved", {
             version: it.version,
-            time: clock(it.created_at),
           })}
           ${isSaved.value ? "" : t("shell.status.changed-since")}
         `

@@ -115,8 +115,7 @@ function Next() {
     class="go"
     data-testid="next"
     aria-disabled=${waits}
-    title=${missing || label}
-    aria-label=${doing || label}
+    title=${missing || doing || label}
     onClick=${() => {
       if (!waits) run(action);
     }}
