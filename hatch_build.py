@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from hatchling.metadata.plugin.interface import MetadataHookInterface
@@ -184,8 +184,15 @@ def bundle(static: Path, modules: Path, work: Path, made: Path) -> list[str]:
         html = html[:tag.start()] + html[tag.end():]
     html = html.replace(first[0], '<link rel="stylesheet" href="built/page/main.css">\n')
     html = re.sub(r'<script type="importmap">.*?</script>\n', "", html, flags=re.DOTALL)
-    (made / "index.html").write_text(html.replace('src="main.js"', 'src="built/page/main.js"'), encoding="utf-8")
-    inputs = json.loads((work / "meta.json").read_text())["inputs"]
+    meta = json.loads((work / "meta.json").read_text())
+    main = next(output for output in meta["outputs"].values() if output.get("entryPoint") == "main.js")
+    # else a browser asks for them only after it has read the main script
+    preloads = "".join(f'<link rel="modulepreload" href="built/page/{PurePosixPath(it["path"]).name}">\n'
+                       for it in main["imports"] if it["kind"] == "import-statement")
+    tag = '<script type="module" src="main.js">'
+    (made / "index.html").write_text(
+        html.replace(tag, preloads + tag.replace("main.js", "built/page/main.js")), encoding="utf-8")
+    inputs = meta["inputs"]
     return sorted({"index.html", LIBRARIES,
                    *(name for name in inputs if not name.startswith((".", "/", "vendor/")))})
 

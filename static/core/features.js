@@ -16,6 +16,7 @@ import { registerAddresses } from "./route.js";
  * @property {any} [Main] in the middle
  * @property {any} [Form] at the left
  * @property {any} [Report] on the right
+ * @property {import("@preact/signals").ReadonlySignal<boolean>} [hasPanels] whether there is anything for either side
  * @property {NextStep} [nextStep] a list has none
  * @property {(files: FileList) => unknown} [add] takes files that are opened, dropped or pasted there; elsewhere a
  * picture is opened

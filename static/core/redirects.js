@@ -31,6 +31,8 @@ const FORMER = {
 const FIRST = {
   "field/rigs": ["field"],
   "field/pairs": ["field"],
+  "field/fields": ["field"],
+  "library/fields": ["field"],
   library: ["library", "images"],
   system: ["system", "publishing"],
 };
@@ -46,6 +48,7 @@ export function redirected(words) {
   if (words.join("/") in FIRST) return FIRST[words.join("/")];
   if (first === "calibrate")
     return rest.length === 1 || rest[1] in FORMER_STEPS ? calibrate(rest[0], rest[1]) : null;
+  if (first === "library" && ["fields", "new-field"].includes(rest[0])) return ["field", ...rest];
   if (first in FORMER) return FORMER[first](...rest).filter(Boolean);
   return /^[0-9a-f]+$/.test(first) ? calibrate(first, rest[0]) : null;
 }

@@ -5,19 +5,6 @@ import { html } from "../core/html.js";
 import { t } from "../core/words.js";
 import uPlot from "uplot";
 
-/** @type {HTMLElement | undefined} */ let probe;
-
-/** A colour of the page as it is now, for a canvas. @param {string} name */
-export function ink(name) {
-  if (!probe?.isConnected) {
-    probe = document.createElement("i");
-    probe.hidden = true;
-    document.body.append(probe);
-  }
-  probe.style.color = `var(${name})`;
-  return getComputedStyle(probe).color; // the property itself may be a rule that a canvas does not know
-}
-
 /**
  * of: what it is made anew for. at: which place of the data is pointed at, -1 none. describe: what stands there, for
  * screen readers.

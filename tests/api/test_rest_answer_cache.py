@@ -221,3 +221,15 @@ def test_a_list_of_cameras_asks_the_store_as_often_for_many_as_for_one(standing,
         if camera["id"] == "more-1"
     ]
     assert one == [standing.get(f"{API}/cameras/more-1").json()]
+
+
+@pytest.mark.parametrize("path", ["fields", "models"])
+def test_long_lists_that_change_seldom_are_packed_and_not_sent_twice(standing, path):
+    plain = standing.get(f"{API}/{path}", headers={"Accept-Encoding": "identity"})
+    packed = standing.get(f"{API}/{path}", headers={"Accept-Encoding": "gzip"})
+    assert packed.json() == plain.json() and "content-encoding" not in plain.headers
+    assert packed.headers["content-encoding"] == "gzip"
+    assert int(packed.headers["content-length"]) < len(plain.content) / 4
+    known = {"Accept-Encoding": "gzip", "If-None-Match": packed.headers["etag"]}
+    again = standing.get(f"{API}/{path}", headers=known)
+    assert (again.status_code, again.content) == (304, b"")

@@ -44,6 +44,17 @@ def test_an_uploaded_picture_comes_back_pixel_for_pixel(standing, suffix):
     assert jpeg.headers["content-type"] == "image/jpeg" and pixels_of(jpeg).shape == (48, 64, 3)
 
 
+def test_an_uploaded_picture_has_the_name_of_its_file_and_one_of_a_camera_none(standing):
+    sent = encoded("png", gradient(64, 48))
+    kept = standing.post(f"{API}/snapshots", files={"file": ("Halle Süd.png", sent)}).json()
+    assert kept["name"] == "Halle Süd.png"
+    assert standing.get(f"{API}/snapshots/{kept['id']}").json() == kept
+    long = standing.post(f"{API}/snapshots", files={"file": ("x" * 300, sent)}).json()
+    assert long["name"] == "x" * 200
+    taken = standing.post(f"{API}/snapshots", json={"camera": "north"}).json()
+    assert taken["name"] == ""
+
+
 def test_a_turning_note_in_a_jpeg_reaches_no_viewer(standing):
     exif = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"
     jpeg = encoded("jpg", gradient(64, 48))

@@ -3,7 +3,8 @@
 import pytest
 
 from tests.support.activation import activate_despite
-from tests.support.refusals import API, refusal
+from tests.support.pictures import encoded, gradient
+from tests.support.refusals import API, refusal, without_size
 
 CAL = f"{API}/calibrations"
 
@@ -13,6 +14,20 @@ def two(client, task):
     """Two versions of one camera, the older one first."""
     body = {**task, "camera": "north", "model": "homography", "options": {}}
     return [client.post(CAL, json=body).json() for _ in range(2)]
+
+
+def test_the_versions_from_one_picture_are_listed(client, snapshot, task):
+    picture = encoded("png", gradient(64, 48))
+    other = client.post(f"{API}/snapshots", files={"file": picture}).json()["id"]
+    body = without_size({**task, "snapshot": snapshot["id"], "model": "homography", "options": {}})
+    made = [client.post(CAL, json=body).json()["id"] for _ in range(2)]
+
+    def of(snapshot):
+        items = client.get(CAL, params={"snapshot": snapshot, "brief": True}).json()["items"]
+        return [one["id"] for one in items]
+
+    assert (of(snapshot["id"]), of(other)) == (made[::-1], [])
+    refusal(client.get(CAL, params={"snapshot": "../1"}), 422)
 
 
 def test_the_history_says_what_was_activated_by_whom_newest_first(client, two):

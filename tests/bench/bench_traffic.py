@@ -45,7 +45,6 @@ VIEWS = [
     "cameras/cam2/drift",
     "cameras/cam3/detection",
     "library/images",
-    "library/fields",
     "system/server",
     "system/jobs",
     "system/publishing",

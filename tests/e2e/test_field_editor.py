@@ -42,7 +42,7 @@ def check_lab_field(field_desk) -> None:
 
 def test_a_half_size_lab_field_is_made_by_mouse_and_calibrated_without_clicks(editor, field_desk):
     page, operator = editor, Operator(editor, field_desk)
-    page.goto(f"{field_desk.url}/#/library/fields")
+    page.goto(f"{field_desk.url}/#/field")
     page.get_by_test_id("copy-field-ssl-div-b").click()
     fill(page, "title", "Lab field")
     fill(page, "length_mm", 4500)
@@ -61,7 +61,7 @@ def test_a_half_size_lab_field_is_made_by_mouse_and_calibrated_without_clicks(ed
 
 def test_it_is_made_by_the_keyboard_alone(editor, field_desk):
     keys = Keyboard(editor)
-    editor.goto(f"{field_desk.url}/#/library/fields")
+    editor.goto(f"{field_desk.url}/#/field")
     keys.press("copy-field-ssl-div-b")
     for entry, text in (("title", "Lab field"), ("length_mm", "4500"), ("width_mm", "3000")):
         keys.to(f"entry-{entry}")
@@ -76,7 +76,7 @@ def test_it_is_made_by_the_keyboard_alone(editor, field_desk):
         editor.keyboard.press("n")
     editor.keyboard.press("Delete")
     editor.keyboard.press("Control+s")
-    expect(editor).to_have_url(re.compile(r"#/library/fields/lab-field$"))
+    expect(editor).to_have_url(re.compile(r"#/field/fields/lab-field$"))
     check_lab_field(field_desk)
 
 
@@ -195,7 +195,7 @@ def test_ends_radii_and_edges_are_dragged_together_or_alone(editor, field_desk):
 )
 def test_a_finger_reaches_every_number_below_the_drawing(new_context, field_desk):
     page = new_context().new_page()
-    page.goto(f"{field_desk.url}/#/library/new-field/ssl-div-b")
+    page.goto(f"{field_desk.url}/#/field/new-field/ssl-div-b")
     page.get_by_test_id("mark-halfway-line").tap()
     expect(page.get_by_test_id("field-read-out")).to_contain_text(titled("markings.halfway-line"))
     for entry in ("lines[4].to[0]", "width_mm", "title"):
@@ -236,7 +236,7 @@ def test_of_two_who_change_a_field_neither_loses_anything(editor, field_desk):
     first = field_desk.api(
         "PUT", "/fields/mine", json={**table, "name": "mine", "title": "Mine"}
     ).json()
-    editor.goto(f"{field_desk.url}/#/library/fields/mine")
+    editor.goto(f"{field_desk.url}/#/field/fields/mine")
     fill(editor, "title", "Mine, by page")
     field_desk.api("PUT", "/fields/mine", json={**first, "title": "Mine, by script"})
     editor.get_by_test_id("next").click()
@@ -266,14 +266,14 @@ def test_a_field_is_deleted_once_nothing_names_it_and_put_back(editor, field_des
         "/cameras",
         json={"id": "over", "name": "Over mine", "source": "sim://table", "field": "table"},
     )
-    editor.goto(f"{field_desk.url}/#/library/fields/mine")
+    editor.goto(f"{field_desk.url}/#/field/fields/mine")
     editor.get_by_test_id("use-for").select_option("over")
     expect(editor.get_by_text(t("field-editor.use.under", cameras="Over mine"))).to_be_visible()
     editor.get_by_test_id("delete-field").click()
     expect(editor.get_by_test_id("field-refusal")).to_contain_text("the camera Over mine")
     field_desk.api("DELETE", "/cameras/over")
     editor.get_by_test_id("delete-field").click()
-    expect(editor.get_by_test_id("fields-page")).to_be_visible()
+    expect(editor.get_by_test_id("field-page")).to_be_visible()
     assert field_desk.api("GET", "/fields/mine").status_code == 404
     editor.get_by_role("button", name=t("common.put-back")).click()
     expect(editor.get_by_test_id("field-card-mine")).to_be_visible()
@@ -282,7 +282,7 @@ def test_a_field_is_deleted_once_nothing_names_it_and_put_back(editor, field_des
 
 def test_a_geometry_packet_becomes_a_field(editor, field_desk):
     packet = field_desk.api("GET", "/fields/ssl-div-b/export/ssl-vision").content
-    editor.goto(f"{field_desk.url}/#/library/fields")
+    editor.goto(f"{field_desk.url}/#/field")
     editor.get_by_test_id("field-file").set_input_files(
         {"name": "field.pb", "mimeType": "", "buffer": packet}
     )

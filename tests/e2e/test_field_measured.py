@@ -115,7 +115,7 @@ def test_what_a_calibration_found_of_the_lines_is_adopted(editor, field_desk):
     field_desk.api("PUT", "/fields/truth", json={**truth.to_json(), "name": "truth"})
     source = f"sim://truth{OBLIQUE}".replace("640x512", "1280x1024")
     calibrate_without_clicks(operator, "nominal", source, "taped")
-    page.goto(f"{field_desk.url}/#/library/fields/nominal")
+    page.goto(f"{field_desk.url}/#/field/fields/nominal")
     page.get_by_test_id("fold-measured").locator("summary").click()
     page.get_by_test_id("adopt-offsets").select_option(
         label=t("field-editor.measured.version", camera="The taped camera", version=1)
@@ -173,7 +173,7 @@ def test_lines_that_a_calibrated_image_shows_are_added_to_a_field_of_borders_alo
         },
     ).json()
     activate_despite(field_desk, made["id"])
-    editor.goto(f"{field_desk.url}/#/library/fields/bare")
+    editor.goto(f"{field_desk.url}/#/field/fields/bare")
     editor.get_by_test_id("fold-measured").locator("summary").click()
     editor.get_by_test_id("add-seen").select_option(
         label=t("field-editor.measured.version", camera="Bare camera", version=1)

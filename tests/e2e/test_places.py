@@ -7,8 +7,9 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
+from tests.support.pictures import encoded, gradient
 from tests.support.waiting import until
-from tests.support.words import t
+from tests.support.words import like, t
 
 MOST_TABS = 80  # more than any page has before what is looked for
 FOCUSED = "(id) => document.activeElement.dataset.testid === id"
@@ -116,3 +117,33 @@ def test_in_each_place_of_the_rail_something_is_done(way, server):
     expect(page.get_by_test_id("jobs-page")).to_be_visible(timeout=LONG_MS)
     way.choose("theme", t("core.theme.dark"))
     expect(page.locator("html")).to_have_attribute("data-theme", "dark")
+
+
+def test_a_picture_from_a_file_has_its_name_wherever_it_is_listed(page, server):
+    page.goto(server.url)
+    picture = {"name": "Halle Süd.png", "mimeType": "image/png", "buffer": encoded("png", gradient(64, 48))}
+    page.get_by_test_id("file").set_input_files(picture)
+    expect(page.locator("header .where")).to_contain_text("Halle Süd.png", timeout=LONG_MS)
+    page.get_by_test_id("rail-library").click()
+    expect(page.get_by_test_id("images-page")).to_contain_text("Halle Süd.png", timeout=LONG_MS)
+
+
+def test_no_door_opens_on_an_empty_room(page, own_server):
+    """Before anything is calibrated."""
+    server = own_server
+    page.goto(f"{server.url}/#/field/scene")
+    expect(page.get_by_test_id("next")).to_have_text(like("common.calibrate-camera"), timeout=LONG_MS)
+    expect(page.locator("aside")).to_have_count(0)
+    page.goto(f"{server.url}/#/lenses")
+    ways = page.get_by_test_id("lens-ways")
+    expect(ways.locator("li")).to_have_count(3)
+    expect(ways).to_contain_text(t("board.lenses.by-edges"))
+    page.goto(f"{server.url}/#/field")
+    card = page.get_by_test_id("field-card-ssl-div-b")
+    expect(card.get_by_test_id("over-overhead")).to_be_visible()
+    page.goto(f"{server.url}/#/cameras/overhead/settings")
+    settings = page.get_by_test_id("camera-settings")
+    expect(settings).to_contain_text("sim://")
+    expect(settings.get_by_test_id("live-overhead")).to_have_attribute(
+        "data-state", "live", timeout=LONG_MS
+    )

@@ -28,8 +28,8 @@ test("a view behind a tab shows that tab", () => {
   for (const [address, view] of [
     ["#/field/rigs/hall", "field"],
     ["#/field/new", "field"],
-    ["#/library/fields/lab", "fields"],
-    ["#/library/new-field", "fields"],
+    ["#/field/fields/lab", "field"],
+    ["#/field/new-field", "field"],
     ["#/lenses/board/east", "board"],
   ]) {
     goTo(address);

@@ -27,11 +27,11 @@ def save(page: Page, name: str) -> None:
     with page.expect_response(lambda answer: answer.request.method == "PUT") as saved:
         page.get_by_test_id("next").click()
     assert saved.value.ok, saved.value.text()
-    expect(page).to_have_url(re.compile(rf"#/library/fields/{name}$"))
+    expect(page).to_have_url(re.compile(rf"#/field/fields/{name}$"))
 
 
 def copy(page: Page, desk, name: str) -> None:
-    page.goto(f"{desk.url}/#/library/new-field/{name}")
+    page.goto(f"{desk.url}/#/field/new-field/{name}")
     expect(page.get_by_test_id("field-editor")).to_be_visible()
 
 

@@ -35,21 +35,30 @@ UNSAFE = re.compile(
 MAX_LENGTH = 80
 END_LENGTH = 30
 API = "/api/v1"
+GZIP = re.compile(r"\bgzip\b(?!\s*;\s*q=0(?:\.0*)?\s*(?:,|$))")
 NO_STORE = {"Cache-Control": "no-store"}
 # a browser keeps it, and asks each time whether it is still so
 REVALIDATED = {"Cache-Control": "private, no-cache"}
 
 
-def revalidated(
-    asked: Headers, content: bytes, etag: str, media_type: str, headers: Mapping[str, str]
-) -> Response:
-    """Return the content with its ETag; 304 without it where the If-None-Match of the request names that."""
+def revalidated(asked: Headers, answer: CachedAnswer, headers: Mapping[str, str]) -> Response:
+    """Return the content with its ETag, by gzip for who takes that; 304 where the If-None-Match of the request names it."""
     known = asked.get("if-none-match", "")
-    sent = {**headers, "ETag": etag}
-    if known.strip() == "*" or etag in TAGS.findall(known):
+    content, sent = answer.content, {**headers, "ETag": answer.etag}
+    if answer.packed is not None:
+        sent["Vary"] = "Accept-Encoding"
+        if GZIP.search(asked.get("accept-encoding", "")):
+            content = answer.packed
+            sent |= {"Content-Encoding": "gzip", "ETag": f'{answer.etag[:-1]}-gz"'}
+    if known.strip() == "*" or sent["ETag"] in TAGS.findall(known):
         sent.pop("Content-Encoding", None)
         return Response(status_code=304, headers=sent)
-    return Response(content, media_type=media_type, headers=sent)
+    return Response(content, media_type=answer.media_type, headers=sent)
+
+
+def packed(request: Request, content: Any) -> Response:
+    """Return long JSON that changes seldom, such as all fields: by gzip, and not again to who has it already."""
+    return revalidated(request.headers, CachedAnswer.of(json_bytes(content)), REVALIDATED)
 
 
 def attachment(name: str) -> str:
@@ -123,9 +132,7 @@ def cached_response(work: Callable[..., Any]) -> Callable[..., Awaitable[Respons
         if (answer := services.answers.get(key)) is None:
             made = await make(services, **given)
             answer = services.answers.put(key, CachedAnswer.of(bytes(made.body), made.media_type))
-        return revalidated(
-            request.headers, answer.content, answer.etag, answer.media_type, REVALIDATED
-        )
+        return revalidated(request.headers, answer, REVALIDATED)
 
     asked = Parameter("request", Parameter.KEYWORD_ONLY, annotation=Request)
     own = signature(work)

@@ -12,6 +12,7 @@ class Snapshot(TypedDict):
     sha256: str
     format: str
     purpose: str
+    name: str
 
 
 class Job(TypedDict):

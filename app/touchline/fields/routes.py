@@ -10,7 +10,7 @@ from touchline.api import schemas
 from touchline.api.bodies import uploaded_file
 from touchline.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
 from touchline.api.requests import CameraId, Id
-from touchline.api.responses import Json, accepted, attachment, versioned
+from touchline.api.responses import Json, accepted, attachment, packed, versioned
 from touchline.api.schemas import EXPORTED, page_of, response, upload
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field
@@ -62,11 +62,11 @@ class Refit(Strict):
 
 
 @router.get("", response_model=PlayingFields)
-def list_fields(services: ServicesDep) -> Json:
+def list_fields(request: Request, services: ServicesDep) -> Response:
     """List every field with its lines, arcs, landmarks and regions, mm. revision: as GET /cameras/status tells it."""
     revision = services.fields.revision  # an older one than the fields only has them read once more
     items = [field_json(services, field) for field in services.fields.values()]
-    return Json({"items": items, "next_cursor": None, "revision": revision})
+    return packed(request, {"items": items, "next_cursor": None, "revision": revision})
 
 
 @router.get("/{name}", response_model=PlayingField)

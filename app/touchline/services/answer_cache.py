@@ -1,6 +1,8 @@
 """The bytes of answers that never change while what they are made of does not: most are about one version."""
 
+import gzip
 from dataclasses import dataclass
+from functools import cached_property
 from hashlib import sha256
 from typing import Self
 
@@ -8,6 +10,8 @@ from touchline.store.repository import LruCache
 
 MAX_BYTES = 32 << 20  # some 1000 answers
 OWN_BYTES = 1000  # of an answer, beside its content
+TEXTS = ("text/", "application/json", "image/svg+xml")
+WORTH_PACKING_BYTES = 1000
 
 
 @dataclass(frozen=True)
@@ -21,6 +25,13 @@ class CachedAnswer:
     @classmethod
     def of(cls, content: bytes, media_type: str = "application/json") -> Self:
         return cls(content, media_type, etag_of(content))
+
+    @cached_property
+    def packed(self) -> bytes | None:
+        """The content by gzip; None where that is not worth it."""
+        if len(self.content) <= WORTH_PACKING_BYTES or not self.media_type.startswith(TEXTS):
+            return None
+        return gzip.compress(self.content, mtime=0)
 
 
 class AnswerCache(LruCache[tuple[object, ...], CachedAnswer]):

@@ -49,6 +49,7 @@ class Snapshot:
     """A stored picture. format: "png", "jpeg", "bmp" or "webp", of the bytes as they came.
 
     purpose: "picture" of a field, of a "board", of "straight" edges, for a "rig" or for detection ("seeing").
+    name: what its file was called, "" without one.
     """
 
     id: str
@@ -59,6 +60,7 @@ class Snapshot:
     sha256: str
     format: str
     purpose: str = "picture"
+    name: str = ""
 
     @property
     def size(self) -> ImageSize:
@@ -95,6 +97,7 @@ class SnapshotRepository(Repository):
         format: str,
         camera: str | None = None,
         purpose: str = "picture",
+        name: str = "",
     ) -> Snapshot:
         """Save a picture that images/ has decoded, format "png", "jpeg", "bmp" or "webp"; DiskFull without space."""
         digest = hashlib.sha256(data).hexdigest()
@@ -107,6 +110,7 @@ class SnapshotRepository(Repository):
             digest,
             format,
             purpose,
+            name,
         )
         path = self.path(snapshot)
         with self._files:

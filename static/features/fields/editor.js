@@ -135,7 +135,7 @@ async function open(key) {
     if (read) history.change(unlikeOthers(docOf(read))); // what was begun is one undo away
     viewport.view.value = { ...viewport.view.value, fitted: true };
   } catch (error) {
-    if (wanted.value === key) goInstead("fields");
+    if (wanted.value === key) goInstead("field");
     notifyError(error);
   }
 }

@@ -1,10 +1,10 @@
-// Fields: their list, and the editor.
+// Fields: each with its cameras and rigs, and the editor.
 import { t } from "../../core/words.js";
 import { FIELD_EDITOR_ACTIONS } from "./actions.js";
 import { editorNextStep, startFieldEditor } from "./editor.js";
 import { EditorPage } from "./panels/editor_page.js";
 import { FieldForm } from "./panels/field_form.js";
-import { FieldsPage } from "./panels/fields_page.js";
+import { FieldPage } from "./panels/field_page.js";
 import { Markings } from "./panels/markings.js";
 
 const EDITOR = {
@@ -12,27 +12,28 @@ const EDITOR = {
   Main: EditorPage,
   Report: Markings,
   nextStep: editorNextStep,
-  behind: "fields",
+  behind: "field",
 };
 
-/** @type {import("../../core/features.js").Feature<"fields" | "new-field" | "field-editor">} */
+/** @type {import("../../core/features.js").Feature<"field" | "new-field" | "field-editor">} */
 export const fields = {
   actions: FIELD_EDITOR_ACTIONS,
   start: [startFieldEditor],
   views: {
-    fields: {
-      addresses: ["library/fields"],
-      label: t("shell.view.fields"),
-      Main: FieldsPage,
-      tabs: { library: 3 },
+    field: {
+      addresses: ["field"],
+      label: t("shell.place.field"),
+      Main: FieldPage,
+      tabs: { field: 1 },
+      tab: t("shell.tab.field"),
     },
     "new-field": {
-      addresses: ["library/new-field/:field", "library/new-field"],
+      addresses: ["field/new-field/:field", "field/new-field"],
       label: t("shell.view.new-field"),
       ...EDITOR,
     },
     "field-editor": {
-      addresses: ["library/fields/:field"],
+      addresses: ["field/fields/:field"],
       label: t("shell.view.field-editor"),
       ...EDITOR,
     },

@@ -123,7 +123,7 @@ export async function deleteField() {
   }
   localStorage.removeItem(KEPT + it.key);
   fields.value = fields.value.filter((f) => f.name !== it.name);
-  goInstead("fields");
+  goInstead("field");
   notify({
     level: "info",
     text: t("field-editor.deleted", { title: doc.title }),

@@ -49,16 +49,19 @@ export const status = computed(() =>
   openedCamera.value ? (statuses.value[openedCamera.value.id] ?? null) : null,
 );
 
+/** Not so a camera of the settings file. */
+export const isEditable = computed(() => namedCamera.value?.editable !== false);
+
 /** What the form of a camera still wants. */
 export const formNextStep = computed(() => {
   const values = form.value?.values;
-  if (namedCamera.value?.editable === false)
+  if (!isEditable.value)
     return {
       action: "",
       label: "",
       missing: "",
       done: false,
-      sentence: t("live.next.in-settings-file"),
+      sentence: t("live.form.in-settings-file"),
     };
   if (values && testedSource.value?.source === values.source)
     return {

@@ -2,7 +2,7 @@
 import { t } from "../../core/words.js";
 import { Readiness } from "../shell/panels/readiness.js";
 import { LIVE_ACTIONS } from "./actions.js";
-import { cameraNextStep, formNextStep, startCameraForm } from "./camera_page.js";
+import { cameraNextStep, formNextStep, isEditable, startCameraForm } from "./camera_page.js";
 import { CameraForm, SourceHelp, Tried } from "./panels/camera_form.js";
 import { CameraPage, CameraPanel, CameraReport } from "./panels/camera_page.js";
 import { Wall } from "./panels/wall.js";
@@ -34,6 +34,7 @@ export const live = {
       addresses: ["cameras/:camera/settings"],
       label: t("shell.view.camera-form"),
       ...FORM,
+      hasPanels: isEditable,
       tabs: { cameras: 6 },
     },
   },

@@ -5,7 +5,7 @@ import { startFormerPairs } from "./former_pairs.js";
 import { MATCH_ACTIONS, actingOnMatches } from "./match_actions.js";
 import { matchNextStep, startMatches } from "./match_desk.js";
 import { startMatchLines } from "./match_lines.js";
-import { FieldPage } from "./panels/field_page.js";
+import { FieldPage } from "../fields/panels/field_page.js";
 import { MatchDesk } from "./panels/match_desk.js";
 import { MatchList } from "./panels/match_list.js";
 import { NewRig } from "./panels/new_rig.js";
@@ -15,7 +15,7 @@ import { rigNextStep, startRig } from "./rig.js";
 import { TRACK_ACTIONS, startTracks } from "./tracks.js";
 
 /**
- * @typedef {import("../../core/features.js").Feature<"field" | "new-rig" | "rig">} Rigs
+ * @typedef {import("../../core/features.js").Feature<"new-rig" | "rig">} Rigs
  * @typedef {import("../../core/features.js").Feature<"match" | "former-pair">} Matches
  * @type {{ rigs: Rigs, matches: Matches, tracks: import("../../core/features.js").Feature }}
  */
@@ -24,15 +24,8 @@ export const rig = {
     actions: RIG_ACTIONS,
     start: [startRig, startTracks],
     views: {
-      field: {
-        addresses: ["field"],
-        label: t("shell.place.field"),
-        Main: FieldPage,
-        tabs: { field: 1 },
-        tab: t("shell.tab.field"),
-      },
       "new-rig": {
-        addresses: ["field/new"],
+        addresses: ["field/new/:field", "field/new"],
         label: t("shell.view.new-rig"),
         Form: RigForm,
         Main: NewRig,

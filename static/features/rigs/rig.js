@@ -127,11 +127,13 @@ export async function loadRigs() {
   }
 }
 
-/** Begin a new one: the field of the first camera that has one, with all cameras above it. */
+/** Begin a new one: the field of the address, else of the first camera that has one, with all cameras above it. */
 function beginDraft() {
   draft.value = { name: "", title: "", field: "", cameras: [] };
   draftRefusal.value = null;
-  chooseField(cameras.value.find((c) => c.field)?.field ?? fields.value[0]?.name ?? "");
+  const { field } = route.value,
+    first = cameras.value.find((c) => c.field)?.field ?? fields.value[0]?.name ?? "";
+  chooseField(field || first);
 }
 
 /** Another field has other cameras above it. @param {string} field */

@@ -2,7 +2,7 @@
 import { go, route } from "../../core/route.js";
 import { t } from "../../core/words.js";
 import { version } from "../versions/versions.js";
-import { changeView, firstScene, shownScene } from "./scene.js";
+import { changeView, shownScene } from "./scene.js";
 
 const atScene = () =>
   route.value.view === "scene" && shownScene.value !== null && !shownScene.value.boards;
@@ -15,7 +15,7 @@ export const SCENE_ACTIONS = [
     short: t("common.scene"),
     group: "pages",
     keys: ["F8"],
-    run: () => go("scene", { scene: version.value?.id ?? firstScene.value }),
+    run: () => go("scene", { scene: version.value?.id ?? "" }),
     enabled: () => route.value.view !== "scene",
   },
   {

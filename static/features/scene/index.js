@@ -2,7 +2,7 @@
 import { t } from "../../core/words.js";
 import { SCENE_ACTIONS } from "./actions.js";
 import { SceneForm, ScenePage, SceneReport } from "./panels/scene.js";
-import { sceneNextStep, startScene } from "./scene.js";
+import { isNamed, sceneNextStep, startScene } from "./scene.js";
 
 /** @type {import("../../core/features.js").Feature<"scene">} */
 export const scene = {
@@ -18,6 +18,7 @@ export const scene = {
       tabs: { field: 3 },
       tab: t("shell.tab.scene"),
       nextStep: sceneNextStep,
+      hasPanels: isNamed,
     },
   },
 };

@@ -1,14 +1,15 @@
 // The 3-D scene: one WebSocket as long as its page is open; what is shown, the view, what was clicked.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, online } from "../../core/api.js";
-import { go, route } from "../../core/route.js";
-import { cameras, notifyError, pointer } from "../../core/state.js";
+import { go, goInstead, route } from "../../core/route.js";
+import { cameras, listed, nextCamera, notifyError, pointer } from "../../core/state.js";
 import { translated } from "../../core/statements.js";
 import { theme } from "../../core/theme.js";
 import { t } from "../../core/words.js";
 import { drawsFast } from "../../canvas/graphics.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { openPicture } from "../calibrate/pictures.js";
+import { loadRigs, rigs } from "../rigs/rig.js";
 
 /**
  * @typedef {import("./types").SceneShown} SceneShown
@@ -55,18 +56,22 @@ export const only = computed(() =>
   shownScene.value?.cameras.length === 1 ? shownScene.value.cameras[0] : null,
 );
 
+/** Whether a scene is named: without a calibrated camera there is none. */
+export const isNamed = computed(() => Boolean(what.value));
+
 export const sceneNextStep = computed(() => {
   const it = shownScene.value,
-    cannot = it?.cameras.find((c) => c.why_no_frustum);
+    cannot = it?.cameras.find((c) => c.why_no_frustum),
+    first = isNamed.value ? null : nextCamera.value;
   return {
-    action: "",
-    label: "",
+    action: first ? "take" : "",
+    label: first ? t("common.calibrate-camera", { camera: first.name }) : "",
     missing: "",
     done: it !== null && !refusal.value,
     sentence: refusal.value
       ? `${refusal.value.detail} ${refusal.value.fix}`
-      : what.value === ""
-        ? t("scene.step.choose")
+      : !isNamed.value
+        ? t("scene.page.none-calibrated")
         : !it
           ? t("scene.setting-up")
           : it.boards
@@ -129,6 +134,10 @@ function wanted(argument, older) {
 /** Open the line when a scene is looked at, close it when it is left; that ends the scene's process. */
 export function startScene() {
   let timer = 0;
+  effect(() => {
+    void cameras.value; // one may have been calibrated meanwhile
+    if (what.value === "" && listed.value) untracked(() => void goToFirst());
+  });
   effect(() => {
     const open = Boolean(what.value) && online.value;
     untracked(() => {
@@ -239,7 +248,11 @@ export async function showInPicture(at) {
   }); // as if it were pointed at
 }
 
-/** The scene to begin with where none is named: that of the first camera with an active version. */
-export const firstScene = computed(
-  () => cameras.value.find((c) => c.active_calibration)?.active_calibration ?? "",
-);
+/** Where none is named: the first rig with calibrated cameras, else the first camera with an active version. */
+async function goToFirst() {
+  await loadRigs();
+  const rig = rigs.value.find((r) => r.cameras.some((c) => c.calibration)),
+    one = cameras.value.find((c) => c.active_calibration)?.active_calibration,
+    scene = rig ? `rig/${rig.name}` : one;
+  if (what.value === "" && scene) goInstead("scene", { scene });
+}

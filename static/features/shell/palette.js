@@ -57,7 +57,8 @@ const ofFields = () =>
 /** @returns {Entry[]} */
 const ofImages = () =>
   snapshots.value.map((s) => {
-    const name = cameras.value.find((c) => c.id === s.camera)?.name ?? t("shell.palette.file");
+    const of = cameras.value.find((c) => c.id === s.camera)?.name,
+      name = of || s.name || t("shell.palette.file");
     return to(
       t("shell.palette.kind.image"),
       `${name}, ${dayAndTime(s.taken_at)}`,

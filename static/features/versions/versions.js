@@ -8,7 +8,7 @@ import { busy, models, notifyError, rotation, snapshot } from "../../core/state.
 import { t } from "../../core/words.js";
 import { fitBody, fittedPoints } from "../calibrate/fitting.js";
 
-/** The newest version of this picture, and its neighbours of the same camera. */
+/** The newest version of this picture, and its neighbours of the same camera; without a camera, of the same picture. */
 export const version = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
 export const versions = signal(/** @type {import("../../core/types").Calibration[]} */ ([]));
 export const revision = signal(0);
@@ -147,11 +147,9 @@ export function forgetVersion() {
 const lists = requestOrder();
 
 async function list() {
-  const camera = snapshot.value?.camera,
-    isNewest = lists.begin();
-  const found = await call(
-    "GET",
-    `/calibrations?brief=true&limit=20${camera ? `&camera=${encodeURIComponent(camera)}` : ""}`,
-  );
+  const { camera = null, id = "" } = snapshot.value ?? {},
+    isNewest = lists.begin(),
+    of = camera ? `camera=${encodeURIComponent(camera)}` : `snapshot=${id}`;
+  const found = await call("GET", `/calibrations?brief=true&limit=20&${of}`);
   if (isNewest()) versions.value = found.items;
 }

@@ -1,6 +1,5 @@
 """Serve the page's own files from memory: its bundle, or the modules it was made of where they have changed since."""
 
-import gzip
 import hashlib
 import json
 import mimetypes
@@ -14,26 +13,20 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from touchline.api.responses import revalidated
-from touchline.services.answer_cache import etag_of
+from touchline.services.answer_cache import CachedAnswer
 
-IMPORTED = re.compile(r"""^(?:import|export)\b[^;"']*?["']([^"']+)["']""", re.MULTILINE)
+IMPORTED = re.compile(r"""^(?:import|export)\b[^;"'(]*?["']([^"']+)["']""", re.MULTILINE)
 IMPORT_MAP = re.compile(r'<script type="importmap">(.*?)</script>', re.DOTALL)
 MAIN = '<script type="module" src="main.js">'
 MODULES, BUNDLE, SOURCES = "/index.html", "/built/index.html", "/built/SOURCES.json"
-TEXTS = ("text/", "application/json", "image/svg+xml")
-WORTH_PACKING_BYTES = 1000
-GZIP = re.compile(r"\bgzip\b(?!\s*;\s*q=0(?:\.0*)?\s*(?:,|$))")
 
 
 @dataclass(frozen=True)
 class PageFile:
-    """One file as it was read. etag: of its bytes; packed: the same by gzip, where that is worth it."""
+    """One file as it was read."""
 
-    content: bytes
-    kind: str
-    etag: str
+    answer: CachedAnswer
     changed_ns: int
-    packed: bytes | None
 
 
 class PageFiles:
@@ -58,15 +51,8 @@ class PageFiles:
         )
         if found is None:
             return await self.app(scope, receive, send)
-        asked = Headers(scope=scope)
-        content, etag = found.content, found.etag
         headers = {"Cache-Control": "no-cache"}
-        if found.packed is not None:
-            headers["Vary"] = "Accept-Encoding"
-            if GZIP.search(asked.get("accept-encoding", "")):
-                content, etag = found.packed, f'{found.etag[:-1]}-gz"'
-                headers["Content-Encoding"] = "gzip"
-        await revalidated(asked, content, etag, found.kind, headers)(scope, receive, send)
+        await revalidated(Headers(scope=scope), found.answer, headers)(scope, receive, send)
 
     def _find(self, path: str) -> PageFile | None:
         if path == "/":
@@ -88,7 +74,7 @@ class PageFiles:
         """Whether the bundle was made of the sources as they are."""
         made_of = self._find(SOURCES)
         try:
-            sources = json.loads(made_of.content) if made_of is not None else {}
+            sources = json.loads(made_of.answer.content) if made_of is not None else {}
         except ValueError:
             sources = {}
         return bool(sources) and all(
@@ -109,14 +95,8 @@ class PageFiles:
         if file.suffix == ".html":
             content = with_preloads(content.decode(), file.parent).encode()
         kind = "text/javascript" if file.suffix == ".js" else mimetypes.guess_type(file.name)[0]
-        kind = kind or "application/octet-stream"
-        is_worth_it = len(content) > WORTH_PACKING_BYTES and kind.startswith(TEXTS)
         return PageFile(
-            content,
-            kind,
-            etag_of(content),
-            changed_ns,
-            gzip.compress(content, mtime=0) if is_worth_it else None,
+            CachedAnswer.of(content, kind or "application/octet-stream"), changed_ns
         )
 
 

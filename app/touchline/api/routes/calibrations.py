@@ -242,6 +242,7 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
 def list_calibrations(
     services: ServicesDep,
     camera: Annotated[IdQuery | None, Query()] = None,
+    snapshot: Annotated[IdQuery | None, Query()] = None,
     limit: Limit = 50,
     cursor: Cursor = None,
     brief: Annotated[
@@ -252,8 +253,8 @@ def list_calibrations(
         ),
     ] = False,
 ) -> Response:
-    """List versions, newest first."""
-    page = services.store.calibrations.found(camera, limit, cursor)
+    """List versions, newest first; those of one camera, from one snapshot, or all."""
+    page = services.store.calibrations.found(camera, limit, cursor, snapshot)
     texts = [_brief(services, one) if brief else one.text.encode() for one in page.items]
     return JsonText(
         b'{"items":[%b],"next_cursor":%b}' % (b",".join(texts), json_bytes(page.next_cursor))

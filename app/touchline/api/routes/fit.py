@@ -10,7 +10,7 @@ from starlette.responses import Response
 from touchline.api.bodies import fit_task, image_size
 from touchline.api.dependencies import ServicesDep, caller_of
 from touchline.api.requests import BorderRequest, FitRequest
-from touchline.api.responses import Json, JsonText, finished_or_queued, page
+from touchline.api.responses import Json, JsonText, finished_or_queued, packed
 from touchline.api.schemas import page_of, response
 from touchline.core.geometry import as_points
 from touchline.core.jobs import Progress
@@ -60,12 +60,12 @@ FEW_POINTS = 100
 
 
 @router.get("/models", tags=["models"], response_model=Models)
-def list_models() -> Json:
+def list_models(request: Request) -> Response:
     """List every model with its options (name, type, default, range, unit, help) and how few points it needs.
 
     is_fitted: false for one that versions of earlier software have, and that no fit makes any more.
     """
-    return page(map(_model_json, MODELS))
+    return packed(request, {"items": [*map(_model_json, MODELS)], "next_cursor": None})
 
 
 def _model_json(name: str) -> dict[str, Any]:

@@ -84,7 +84,12 @@ async def create_snapshot(request: Request, services: ServicesDep) -> Json:
     if kind == "multipart/form-data":
         data, texts = await uploaded_file(request, services.decoder.limits.max_bytes)
         snapshot = await services.run_in_thread(
-            _save, services, data, texts["camera"] or None, texts["purpose"] or "picture"
+            _save,
+            services,
+            data,
+            texts["camera"] or None,
+            texts["purpose"] or "picture",
+            texts["file"],
         )
     elif kind == "application/json":
         body = await json_body(request, CameraSnapshot)
@@ -100,7 +105,9 @@ async def create_snapshot(request: Request, services: ServicesDep) -> Json:
     return created(snapshot.to_json(), f"snapshots/{snapshot.id}")
 
 
-def _save(services: Services, data: bytes, camera: str | None, purpose: str) -> Snapshot:
+def _save(
+    services: Services, data: bytes, camera: str | None, purpose: str, name: str
+) -> Snapshot:
     """Decode a picture first: what cannot be decoded is not saved."""
     if purpose not in PURPOSES:
         raise BadInput(
@@ -110,7 +117,7 @@ def _save(services: Services, data: bytes, camera: str | None, purpose: str) -> 
         services.cameras.get(camera)
     size = services.decoder.frame_from_bytes(data).size
     format = screen(data, services.decoder.limits).format
-    return services.store.snapshots.add(data, size, format, camera, purpose)
+    return services.store.snapshots.add(data, size, format, camera, purpose, name)
 
 
 @router.get("/snapshots", tags=["snapshots"], response_model=Snapshots)

@@ -16,8 +16,6 @@ export default /** @type {const} */ ({
   "rig.by.pictures": "aus aktuellen Bildern",
   "rig.check": "Kameragruppe prüfen",
   "rig.checking": "Kameragruppe wird geprüft",
-  "rig.field.title": "Felder mit mehreren Kameras",
-  "rig.field.what": "Eine Kameragruppe besteht aus mehreren Kameras über einem Feld. Sie zeigt deren Bilder als ein Gesamtbild, die Übereinstimmung der Kameras und den Bereich, den keine Kamera abdeckt.",
   "rig.former.no-camera": "Eines der beiden Bilder stammt von keiner Kamera dieses Servers.",
   "rig.former.no-camera.fix": "Legen Sie eine Kameragruppe aus zwei Kameras an, und drücken Sie auf ihrer Seite „Punkte zuordnen“.",
   "rig.former.no-field": "Die Kameras dieser Bilder befinden sich nicht über demselben Feld.",

@@ -156,7 +156,6 @@ export default /** @type {const} */ ({
   "shell.view.drift": "Drift",
   "shell.view.edges": "Gerade Kanten",
   "shell.view.field-editor": "Feldeditor",
-  "shell.view.fields": "Felder",
   "shell.view.images": "Bilder",
   "shell.view.import": "Import",
   "shell.view.jobs": "Aufträge",

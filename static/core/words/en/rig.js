@@ -16,8 +16,6 @@ export default /** @type {const} */ ({
   "rig.by.pictures": "from current images",
   "rig.check": "Check the rig",
   "rig.checking": "Checking the rig",
-  "rig.field.title": "Multi-camera fields",
-  "rig.field.what": "A rig is a group of cameras above one field. It shows their images combined into one, how well the cameras agree, and which area no camera covers.",
   "rig.former.no-camera": "One of the two images is not from a camera on this server.",
   "rig.former.no-camera.fix": "Make a rig of two cameras, then press “Match points” on its page.",
   "rig.former.no-field": "The cameras of these images are not above the same field.",

@@ -156,7 +156,6 @@ export default /** @type {const} */ ({
   "shell.view.drift": "Drift",
   "shell.view.edges": "Straight edges",
   "shell.view.field-editor": "Field editor",
-  "shell.view.fields": "Fields",
   "shell.view.images": "Images",
   "shell.view.import": "Import",
   "shell.view.jobs": "Jobs",

@@ -16,15 +16,24 @@ export function LensesPage() {
   return html`<div class="page" data-testid="lenses-page">
     <h1>${t("board.lenses.title")}</h1>
     <p class="dim">${t("board.lenses.purpose")}</p>
-    <div class="line wrap">
-      <${ActionButton} id="board" />
-      <${ActionButton} id="straight" />
-      ${cameras.value.map(
-        ({ id, name }) => html`<a key=${id} href=${addressOf("capture", { camera: id })}>
-        ${t("board.lenses.board-before", { camera: name })}
-      </a>`,
-      )}
-    </div>
+    <ul class="cards" data-testid="lens-ways">
+      <li class="card">
+        <b>${t("shell.view.board")}</b>
+        <small>${t("board.lenses.by-board")}</small>
+        <${ActionButton} id="board" />
+        <${With} view="capture" />
+      </li>
+      <li class="card">
+        <b>${t("shell.view.edges")}</b>
+        <small>${t("board.lenses.by-edges")}</small>
+        <${ActionButton} id="straight" />
+      </li>
+      <li class="card">
+        <b>${t("shell.view.ball")}</b>
+        <small>${t("board.lenses.by-ball")}</small>
+        <${With} view="ball" />
+      </li>
+    </ul>
     <section aria-label=${t("board.lenses.found")}>
       <h2>${t("board.lenses.found-count", { count: lenses.value.length })}</h2>
       <ul class="versions" data-testid="lenses">
@@ -60,6 +69,15 @@ export function LensesPage() {
     </section>
   </div>`;
 }
+
+/** The cameras with which it is done live. @param {{ view: "capture" | "ball" }} props */
+const With = ({ view }) => html`<div class="line wrap">
+  ${cameras.value.map(
+    ({ id, name }) => html`<a key=${id} href=${addressOf(view, { camera: id })}>
+    ${t("board.lenses.with", { camera: name })}
+  </a>`,
+  )}
+</div>`;
 
 /** @param {string} id */
 async function show(id) {

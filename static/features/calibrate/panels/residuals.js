@@ -6,7 +6,7 @@ import { comparing, editing, selectedPoints } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Fold } from "../../../ui/fold.js";
-import { Plot, ink } from "../../../ui/plot.js";
+import { Plot, ink } from "../../../ui/canvas_plot.js";
 import { rich } from "../../../ui/rich.js";
 import { colour } from "../../../canvas/drawing.js";
 import { reveal } from "../../../canvas/viewport.js";

@@ -4,7 +4,7 @@ import { clock, mm } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { Fold } from "../../../ui/fold.js";
-import { Plot, ink } from "../../../ui/plot.js";
+import { Plot, ink } from "../../../ui/canvas_plot.js";
 import { displacement, rows } from "../displacement.js";
 import { axesOf, largestOf } from "../timeline.js";
 

@@ -69,7 +69,7 @@ function Images({ camera = "" }) {
           <small>
             ${dayAndTime(s.taken_at)}
             <br />
-            ${cameras.value.find((c) => c.id === s.camera)?.name ?? `${s.width} × ${s.height} px`}
+            ${cameras.value.find((c) => c.id === s.camera)?.name || s.name || `${s.width} × ${s.height} px`}
           </small>
         </a>
       </li>`,

@@ -5,6 +5,7 @@ import { fields, namedCamera } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import { LiveView } from "../layers/live_view.js";
 import {
   closeForm,
   discoverCameras,
@@ -18,14 +19,13 @@ import {
   testedSource,
 } from "../camera_page.js";
 
+const PICTURE_PX = 640,
+  PICTURE_FPS = 4; // enough to see which camera it is
+
 export function CameraForm() {
   const it = form.value,
     camera = namedCamera.value;
-  if (camera && !camera.editable)
-    return html`<div class="page">
-      <h1>${camera.name}</h1>
-      <p class="dim">${t("live.form.in-settings-file", { source: camera.source })}</p>
-    </div>`;
+  if (camera && !camera.editable) return html`<${ReadOnly} camera=${camera} />`;
   if (!it) return null;
   const { values, etag } = it,
     at = fields.value.find((f) => f.name === values.field);
@@ -134,6 +134,30 @@ export function CameraForm() {
       }
     </div>
   </form>`;
+}
+
+/** A camera of the settings file: how it is set, and what it sees.
+ * @param {{ camera: import("../../../core/types").Camera }} props */
+function ReadOnly({ camera: { id, name, source, field, region } }) {
+  const rows = [
+    [t("live.form.source"), source],
+    [t("live.form.id"), id],
+    [t("live.form.field"), fields.value.find((f) => f.name === field)?.title ?? field],
+    [t("live.form.region"), region && areaTitle(region)],
+  ];
+  return html`<div class="page" data-testid="camera-settings">
+    <h1>${name}</h1>
+    <p class="dim">${t("live.form.in-settings-file")}</p>
+    <dl class="details">
+      ${rows.map(
+        ([label, value]) => html`<div key=${label}>
+        <dt>${label}</dt>
+        <dd class="breaks">${value || t("live.form.not-said")}</dd>
+      </div>`,
+      )}
+    </dl>
+    <${LiveView} id=${id} name=${name} width=${PICTURE_PX} fps=${PICTURE_FPS} />
+  </div>`;
 }
 
 /** What the source showed. */

@@ -75,8 +75,7 @@ const HELD = {
 
 /** @param {{ camera: import("../../../core/types").Camera }} props */
 function Tile({ camera: { id, name, field, region, active } }) {
-  const worst = troubleOf(id),
-    alarm = statuses.value[id]?.drift?.alarm ? statuses.value[id].drift : null;
+  const worst = troubleOf(id);
   const title =
     fields.value.find((f) => f.name === field)?.title ?? field ?? t("live.wall.no-field");
   return html`<li class="card" data-testid=${`tile-${id}`} data-level=${worst ? "bad" : active ? "ok" : "none"}>
@@ -89,7 +88,7 @@ function Tile({ camera: { id, name, field, region, active } }) {
         <b>${name}</b>
         <small>${title}${region ? `, ${areaName(region)}` : ""}</small>
       </div>
-      <${Accuracy} active=${active} alarm=${alarm} />
+      <${Accuracy} id=${id} active=${active} />
     </div>
     <div class="tile-foot">
       <small data-testid=${`drift-${id}`} data-state=${statuses.value[id]?.drift?.state ?? ""}>
@@ -123,10 +122,11 @@ function Tile({ camera: { id, name, field, region, active } }) {
 /** @param {string} id */
 const steadiness = (id) => statuses.value[id]?.drift?.sentence ?? "";
 
-/** How far off it is: as its verdict has it, or now that it moved; each figure in the colour of its own level.
- * @param {{ active: import("../../../core/types").ActiveVersion | null,
- *   alarm: import("../../../core/types").Drift | null }} props */
-function Accuracy({ active, alarm }) {
+/** How far off a camera is: as its verdict has it, or now that it moved; each figure in the colour of its own level.
+ * @param {{ id: string, active: import("../../../core/types").ActiveVersion | null }} props */
+export function Accuracy({ id, active }) {
+  const drift = statuses.value[id]?.drift,
+    alarm = drift?.alarm ? drift : null;
   if (alarm?.mm && alarm.mm >= LEAST_MM)
     return html`<span class="tile-mm level poor">${rich("live.wall.off", { distance: mm(alarm.mm) })}</span>`;
   if (!active)

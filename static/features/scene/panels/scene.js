@@ -3,7 +3,7 @@ import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf, go } from "../../../core/route.js";
+import { go } from "../../../core/route.js";
 import { cameras } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { MapScale } from "../../../ui/map_scale.js";
@@ -15,7 +15,6 @@ import {
   before,
   changeView,
   clicked,
-  firstScene,
   only,
   place,
   refusal,
@@ -256,19 +255,7 @@ export function ScenePage() {
   if (!now)
     return html`<div class="page" data-testid="scene-page">
       <h1>${t("scene.page.title")}</h1>
-      ${
-        firstScene.value
-          ? html`<p>
-          <a href=${addressOf("scene", { scene: firstScene.value })}>
-            ${t("scene.page.first")}
-          </a>
-        </p>`
-          : html`<p class="dim">
-          ${rich("scene.page.none-calibrated", {
-            link: html`<a href=${addressOf("wall")}>${t("scene.page.none-calibrated.link")}</a>`,
-          })}
-        </p>`
-      }
+      <p class="dim">${t("scene.what")} ${t("scene.page.none-calibrated")}</p>
     </div>`;
   return html`<div class="scene" data-testid="scene-page" data-ready=${String(shownScene.value !== null)}>
     <h1 class="sr">${t("scene.page.title")}</h1>

@@ -11,10 +11,10 @@ import { openFile } from "../../calibrate/pictures.js";
 import { HeatLegend } from "../../compare/panels/heat.js";
 import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
 import { ArrowLegend } from "../../compare/panels/residual_arrows.js";
-import { Help } from "../../help/panels/help.js";
 import { Tour } from "../../help/panels/tour.js";
 import { tour } from "../../help/tour.js";
 import { current } from "../steps.js";
+import { later } from "../../../ui/later.js";
 import { ACCEPTED } from "../../versions/imports.js";
 import { ActivationWarning } from "../../versions/panels/activation_warning.js";
 import { problems } from "../problems.js";
@@ -30,6 +30,7 @@ import { shown } from "./views.js";
 
 const PICTURES = "image/png,image/jpeg,image/bmp,image/webp";
 const dropping = signal(false);
+const Help = later(() => import("../../help/panels/help.js").then((it) => it.Help));
 /** What the browser's tab is called. */
 export const title = computed(() => {
   const name = (camera.value ?? namedCamera.value)?.name;

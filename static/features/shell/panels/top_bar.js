@@ -50,7 +50,9 @@ function Where() {
   const isInside = view === "calibrate" || it !== null || view === "new-camera";
   const name =
     it?.name ??
-    (view === "calibrate" ? t("shell.top.file") : PLACES.find((p) => p.place === place)?.label);
+    (view === "calibrate"
+      ? picture?.name || t("shell.top.file")
+      : PLACES.find((p) => p.place === place)?.label);
   return html`<div class="where">
     ${
       isInside &&

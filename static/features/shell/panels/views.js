@@ -6,6 +6,7 @@ import { addressOf, route } from "../../../core/route.js";
 import { isNowhere } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 
+/** @type {import("../../../core/features.js").Shown} */
 const NOWHERE = { addresses: [], label: t("shell.nowhere.title"), Main: NothingHere };
 
 /** What is shown, or null while calibrating: that is the stage's.
@@ -13,7 +14,9 @@ const NOWHERE = { addresses: [], label: t("shell.nowhere.title"), Main: NothingH
 export const shown = computed(() => {
   const { view } = route.value;
   if (view === "nowhere" || isNowhere.value) return NOWHERE;
-  return view === "calibrate" ? null : (VIEWS.get(view) ?? NOWHERE);
+  if (view === "calibrate") return null;
+  const it = VIEWS.get(view) ?? NOWHERE;
+  return it.hasPanels?.value === false ? { ...it, Form: undefined, Report: undefined } : it;
 });
 
 function NothingHere() {
