@@ -80,3 +80,7 @@ export function roundDown(value) {
   const ten = 10 ** Math.floor(Math.log10(value));
   return ([5, 2, 1].find((f) => f * ten <= value) ?? 1) * ten;
 }
+
+/** Up to so much an error is good, or fair, mm: as verdicts have it. */
+export const GOOD_MM = 5,
+  FAIR_MM = 15;

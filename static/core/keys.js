@@ -1,6 +1,6 @@
 // Keyboard: one listener that looks the key up in the table of actions.
-import { signal } from "@preact/signals";
 import { ACTIONS, run } from "./actions.js";
+import { preference, switchPreference } from "./preference.js";
 import { t } from "./words.js";
 
 /**
@@ -41,13 +41,10 @@ export const keyOf = (action) =>
 const KEPT = "touchline.letters";
 /** Whether keys of one character do something: who speaks to the machine, or presses keys unmeant, wants them off
  * (WCAG 2.1, 2.1.4). */
-export const lettersOn = signal(localStorage.getItem(KEPT) !== "off");
+export const lettersOn = preference(KEPT);
 
 /** @param {boolean} isOn */
-export function switchLetters(isOn) {
-  lettersOn.value = isOn;
-  localStorage.setItem(KEPT, isOn ? "on" : "off");
-}
+export const switchLetters = (isOn) => switchPreference(lettersOn, KEPT, isOn);
 
 /** One character alone, but the space bar, which presses what has the focus. @param {string} name */
 const isLetter = (name) => name.length === 1 && name !== " ";

@@ -121,7 +121,11 @@ def test_in_each_place_of_the_rail_something_is_done(way, server):
 
 def test_a_picture_from_a_file_has_its_name_wherever_it_is_listed(page, server):
     page.goto(server.url)
-    picture = {"name": "Halle Süd.png", "mimeType": "image/png", "buffer": encoded("png", gradient(64, 48))}
+    picture = {
+        "name": "Halle Süd.png",
+        "mimeType": "image/png",
+        "buffer": encoded("png", gradient(64, 48)),
+    }
     page.get_by_test_id("file").set_input_files(picture)
     expect(page.locator("header .where")).to_contain_text("Halle Süd.png", timeout=LONG_MS)
     page.get_by_test_id("rail-library").click()
@@ -132,7 +136,9 @@ def test_no_door_opens_on_an_empty_room(page, own_server):
     """Before anything is calibrated."""
     server = own_server
     page.goto(f"{server.url}/#/field/scene")
-    expect(page.get_by_test_id("next")).to_have_text(like("common.calibrate-camera"), timeout=LONG_MS)
+    expect(page.get_by_test_id("next")).to_have_text(
+        like("common.calibrate-camera"), timeout=LONG_MS
+    )
     expect(page.locator("aside")).to_have_count(0)
     page.goto(f"{server.url}/#/lenses")
     ways = page.get_by_test_id("lens-ways")

@@ -42,7 +42,7 @@ REVALIDATED = {"Cache-Control": "private, no-cache"}
 
 
 def revalidated(asked: Headers, answer: CachedAnswer, headers: Mapping[str, str]) -> Response:
-    """Return the content with its ETag, by gzip for who takes that; 304 where the If-None-Match of the request names it."""
+    """Return the content with its ETag, by gzip for who takes that; 304 where its If-None-Match names it."""
     known = asked.get("if-none-match", "")
     content, sent = answer.content, {**headers, "ETag": answer.etag}
     if answer.packed is not None:

@@ -4,6 +4,7 @@ import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { run } from "../../core/actions.js";
 import { change, doc, isEqual } from "../../core/document.js";
 import { runJob } from "../../core/jobs.js";
+import { preference, switchPreference } from "../../core/preference.js";
 import { longWork } from "../../core/long_work.js";
 import { editing, field, fields, region, rotation, snapshot, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -43,16 +44,9 @@ export const otherAreas = computed(() =>
 
 const KEPT = "touchline.detect";
 /** Whether lines are detected without being asked. */
-export const autoDetect = signal(localStorage.getItem(KEPT) !== "off");
+export const autoDetect = preference(KEPT);
 
-export function toggleAutoDetect() {
-  autoDetect.value = !autoDetect.value;
-  try {
-    localStorage.setItem(KEPT, autoDetect.value ? "on" : "off");
-  } catch {
-    /* until the reload, then */
-  }
-}
+export const toggleAutoDetect = () => switchPreference(autoDetect, KEPT);
 
 /** What is being searched for, by question(), and what the document was then. */
 let asked = /** @type {{ picture: string, of: Doc, what: string } | null} */ (null);

@@ -4,6 +4,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call } from "../../core/api.js";
 import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/document.js";
 import { number } from "../../core/format.js";
+import { preference, switchPreference } from "../../core/preference.js";
 import { latestWins } from "../../core/latest_wins.js";
 import { active, editing, kindOf, notifyError, pointer, snapshot, tool } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -24,7 +25,7 @@ const MIN_PX = 3,
 const PAUSE_MS = 30; // between two looks ahead
 const STILL_PX = 0.005;
 
-export const snapping = signal(localStorage.getItem(KEPT) !== "off");
+export const snapping = preference(KEPT);
 const said = signal({ text: "", of: doc.value });
 /** What became of the last points, in words: nothing is moved in silence. An undo takes it back with the points. */
 export const snapMessage = computed(() => (said.value.of === doc.value ? said.value.text : ""));
@@ -38,13 +39,8 @@ export const snapPreview = signal(/** @type {(SnapAnswer & { of: Point }) | null
 export const isSnapSuspended = signal(false);
 
 export function toggleSnapping() {
-  snapping.value = !snapping.value;
+  switchPreference(snapping, KEPT);
   saySnapped(snapping.value ? t("calibrate.snapping.on") : t("calibrate.snapping.off"));
-  try {
-    localStorage.setItem(KEPT, snapping.value ? "on" : "off");
-  } catch {
-    /* until the reload, then */
-  }
 }
 
 /** How far a line may be from a click, px of the picture. @param {boolean} [touch] */

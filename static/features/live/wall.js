@@ -1,21 +1,15 @@
 // The wall: whether the field's lines are drawn over its pictures, and in which order its cameras stand.
 import { computed, effect, signal } from "@preact/signals";
+import { preference, switchPreference } from "../../core/preference.js";
 import { cameras } from "../../core/state.js";
 import { problems } from "../shell/problems.js";
 
 const KEPT = "touchline-wall-lines"; // in this browser
 
 /** Each frame of a stream has the lines with it: nothing more is asked for. */
-export const wallLines = signal(localStorage.getItem(KEPT) !== "off");
+export const wallLines = preference(KEPT);
 
-export function toggleWallLines() {
-  wallLines.value = !wallLines.value;
-  try {
-    localStorage.setItem(KEPT, wallLines.value ? "on" : "off");
-  } catch {
-    /* until the reload, then */
-  }
-}
+export const toggleWallLines = () => switchPreference(wallLines, KEPT);
 
 /** Whether the operator's pointer or focus is in the wall: nothing moves then. */
 export const isWallHeld = signal(false);

@@ -1,6 +1,6 @@
 // What each version changed against the one before it: asked for once it is in sight.
 import { signal } from "@preact/signals";
-import { call } from "../../core/api.js";
+import { Problem, call } from "../../core/api.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("./types").VersionDifference} Difference */
 
@@ -28,6 +28,7 @@ export async function loadChange(before, id) {
     is = await call("GET", `/calibrations/${before}/difference/${id}.json`);
   } catch (error) {
     why = error instanceof Error ? error.message : String(error);
+    if (!(error instanceof Problem)) asked.delete(pair); // the server was away: asked for again when it is next in sight
   }
   changes.value = new Map(changes.value).set(pair, { is, why });
 }

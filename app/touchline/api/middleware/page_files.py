@@ -95,9 +95,7 @@ class PageFiles:
         if file.suffix == ".html":
             content = with_preloads(content.decode(), file.parent).encode()
         kind = "text/javascript" if file.suffix == ".js" else mimetypes.guess_type(file.name)[0]
-        return PageFile(
-            CachedAnswer.of(content, kind or "application/octet-stream"), changed_ns
-        )
+        return PageFile(CachedAnswer.of(content, kind or "application/octet-stream"), changed_ns)
 
 
 def with_preloads(html: str, folder: Path) -> str:

@@ -83,14 +83,7 @@ async def create_snapshot(request: Request, services: ServicesDep) -> Json:
     kind = content_type(request)
     if kind == "multipart/form-data":
         data, texts = await uploaded_file(request, services.decoder.limits.max_bytes)
-        snapshot = await services.run_in_thread(
-            _save,
-            services,
-            data,
-            texts["camera"] or None,
-            texts["purpose"] or "picture",
-            texts["file"],
-        )
+        snapshot = await services.run_in_thread(_save, services, data, texts)
     elif kind == "application/json":
         body = await json_body(request, CameraSnapshot)
         snapshot = await services.take_snapshot(
@@ -105,10 +98,9 @@ async def create_snapshot(request: Request, services: ServicesDep) -> Json:
     return created(snapshot.to_json(), f"snapshots/{snapshot.id}")
 
 
-def _save(
-    services: Services, data: bytes, camera: str | None, purpose: str, name: str
-) -> Snapshot:
+def _save(services: Services, data: bytes, texts: dict[str, str]) -> Snapshot:
     """Decode a picture first: what cannot be decoded is not saved."""
+    camera, purpose = texts["camera"] or None, texts["purpose"] or "picture"
     if purpose not in PURPOSES:
         raise BadInput(
             "This purpose is unknown.", f"Use one of: {', '.join(PURPOSES)}.", reason="bad-request"
@@ -117,7 +109,7 @@ def _save(
         services.cameras.get(camera)
     size = services.decoder.frame_from_bytes(data).size
     format = screen(data, services.decoder.limits).format
-    return services.store.snapshots.add(data, size, format, camera, purpose, name)
+    return services.store.snapshots.add(data, size, format, camera, purpose, texts["file"])
 
 
 @router.get("/snapshots", tags=["snapshots"], response_model=Snapshots)

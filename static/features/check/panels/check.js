@@ -1,6 +1,6 @@
 // The check of a calibration: the verdict, a row a line, and the picture with the lines as expected and as found.
 import { address } from "../../../core/api.js";
-import { lineTitle, mm, number } from "../../../core/format.js";
+import { FAIR_MM, lineTitle, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
@@ -12,7 +12,6 @@ const LEVEL = {
   fair: t("common.level.fair"),
   poor: t("common.level.poor"),
 };
-const FAR_MM = 15; // as verdicts have it
 const MARK = 320; // of the picture's longer side, a mark's radius
 
 export const CheckWorking = () => html`<${Working}
@@ -43,7 +42,7 @@ export function CheckedPicture() {
         aria-label=${t("check.picture.lines")}
       >
         ${it.points.map(
-          (p, i) => html`<g key=${i} class=${Math.abs(p.off_mm) > FAR_MM ? "far" : "near"}>
+          (p, i) => html`<g key=${i} class=${Math.abs(p.off_mm) > FAIR_MM ? "far" : "near"}>
           <circle class="expected" cx=${p.expected[0]} cy=${p.expected[1]} r=${r * 0.6} />
           <path d=${`M${p.expected.join()}L${p.found.join()}`} stroke-width=${r * 0.6} />
           <circle cx=${p.found[0]} cy=${p.found[1]} r=${r} />
@@ -52,7 +51,7 @@ export function CheckedPicture() {
       </svg>
     </div>
     <figcaption class="reason">
-      ${t("check.picture.caption", { version: it.version ?? "", limit: FAR_MM })}
+      ${t("check.picture.caption", { version: it.version ?? "", limit: FAIR_MM })}
     </figcaption>
   </figure>`;
 }

@@ -1,9 +1,7 @@
 // What the arrows' colours mean.
+import { FAIR_MM, GOOD_MM } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
-
-const GOOD_MM = 5,
-  FAIR_MM = 15; // as verdicts have it
 
 export const LevelLegend = () => html`<ul class="drift-levels">
   <li data-level="good"><i></i> ${t("drift.level.good", { limit: GOOD_MM })}</li>

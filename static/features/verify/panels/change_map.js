@@ -4,11 +4,13 @@ import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { version } from "../../versions/versions.js";
 import { arcPoints, rectOf, turned } from "../../calibrate/field_sides.js";
+import { arrowPath } from "../../../canvas/arrows.js";
 import { change } from "../checks.js";
 
 /** @typedef {import("../../../core/types").Point} Point */
 
 const EVERY = 4; // of the server's 25 × 19 places: as many arrows as can be told apart
+const SIZE = 360; // of the drawing for its arrowheads, screen pixels
 const REACH = 0.8; // of the distance between two arrows: so long is the longest
 
 export function ChangeMap() {
@@ -55,7 +57,7 @@ export function ChangeMap() {
         </g>
         ${arrows.map(
           ({ place, by }, i) =>
-            html`<path key=${i} class="arrow" d=${arrow(at(place), at([by[0] * times, by[1] * times]), 4 * unit)} />`,
+            html`<path key=${i} class="arrow" d=${arrowPath(shifted(at(place), at(by)), times, SIZE * unit)} />`,
         )}
       </svg>
       <figcaption class="reason">
@@ -64,6 +66,12 @@ export function ChangeMap() {
     </figure>
   </section>`;
 }
+
+/** @param {Point} was @param {Point} by */
+const shifted = (was, by) => ({
+  was,
+  now: /** @type {Point} */ ([was[0] + by[0], was[1] + by[1]]),
+});
 
 /** A few of the places, and how far each moves, mm. @param {NonNullable<import("../types").Difference["grid"]>} grid */
 const sampled = ({ places, mm_vector }) =>
@@ -74,14 +82,3 @@ const sampled = ({ places, mm_vector }) =>
       return isShown ? [{ place, by: /** @type {Point} */ ([x, y]) }] : [];
     }),
   );
-
-/** A shaft with a head at its end. @param {Point} from @param {Point} by @param {number} head @returns {string} */
-function arrow([x, y], [dx, dy], head) {
-  const length = Math.hypot(dx, dy) || 1,
-    size = Math.min(head, length / 2),
-    [ex, ey] = [x + dx, y + dy],
-    [ux, uy] = [(dx / length) * size, (dy / length) * size];
-  const wing = (/** @type {number} */ side) =>
-    `${ex - ux + side * uy * 0.6},${ey - uy - side * ux * 0.6}`;
-  return `M${x},${y}L${ex},${ey}M${wing(1)}L${ex},${ey}L${wing(-1)}`;
-}

@@ -1,7 +1,7 @@
 // A version at a glance: its picture, and what it changed against the version before it.
 import { useEffect, useRef } from "preact/hooks";
 import { address } from "../../../core/api.js";
-import { mm } from "../../../core/format.js";
+import { FAIR_MM, GOOD_MM, mm } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
@@ -13,8 +13,6 @@ import { arrowsOf, changes, loadChange, pairOf } from "../changes.js";
 const WIDTH = 96,
   HEIGHT = 72,
   SHARP = 2; // px of the picture to one of the page
-const GOOD_MM = 5,
-  FAIR_MM = 15; // as verdicts have it
 
 /** @param {number} far */
 const levelOf = (far) => (far <= GOOD_MM ? "good" : far <= FAIR_MM ? "fair" : "poor");
