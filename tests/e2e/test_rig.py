@@ -115,7 +115,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     field = page.get_by_test_id("field-card-ssl-div-b")
     expect(field.get_by_test_id("over-rig-north")).to_be_visible(timeout=LONG_MS)
     row = field.locator("li", has=page.get_by_test_id("rig-hall"))
-    expect(row.locator(".level.poor")).to_contain_text("mm")
+    expect(row.locator(".level")).to_contain_text("mm")
     expect(row).to_contain_text("Rig-North and Rig-South")
 
 

@@ -127,8 +127,8 @@ function Agreement({ field, count }) {
 /** @param {{ rig: Rig }} props */
 function Checked({ rig: { checked } }) {
   if (!checked) return html`<span class="dim">${t("field-editor.agreement.unchecked")}</span>`;
-  const { verdict, p95_mm: p95 } = checked;
-  return html`<span class=${`level ${verdict.level ?? "unknown"}`} title=${verdict.sentence}>
+  const { verdict, p95_mm: p95, outdated } = checked;
+  return html`<span class=${`level ${verdict.level ?? "unknown"}`} title=${outdated[0]?.text ?? verdict.sentence}>
     <b>${p95 === null || verdict.level === null ? "?" : mm(p95)}</b> mm
   </span>`;
 }
