@@ -8,14 +8,15 @@ from pathlib import Path
 import pytest
 
 from tests.support.manual_pictures import PICTURES
-from tests.support.paths import HELP, PACKAGE, STATIC, TESTS
+from tests.support.paths import HELP, PACKAGE, ROOT, STATIC, TESTS
 from touchline.fitting import FITTERS
 from touchline.models import MODELS
 
 PAGES = sorted(HELP.glob("*.md"))
 WITHOUT_A_PICTURE = {"industrial-cameras.md"}  # the tests have no such camera to take one of
 LINK = re.compile(r"\]\(([\w-]+\.md)(?:#([\w-]+))?\)")
-PICTURE = re.compile(r"!\[([^\]]*)\]\((img/[\w.-]+)\)")
+PICTURE = re.compile(r"!\[([^\]]*)\]\(((?:static/help/)?img/[\w.-]+)\)")
+README_PICTURE_BYTES = 90_000
 TARGET = re.compile(r'"([\w-]+\.md)(?:#([\w-]+))?"')
 # Whose refusals an operator meets at a fit, a lens or two cameras
 FITTING = ("models", "evaluate")
@@ -150,6 +151,13 @@ def test_every_task_has_a_picture_before_its_first_heading(page):
     ((alternative, file),) = PICTURE.findall(start)
     assert len(alternative.split()) > 4, "what can be seen, for whoever cannot see it"
     assert (HELP / file).is_file(), file
+
+
+def test_the_readme_shows_the_page():
+    """By a picture of the manual: those are compared with the page."""
+    ((alternative, file),) = PICTURE.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    assert len(alternative.split()) > 4 and (ROOT / file).parent == PICTURES
+    assert (ROOT / file).stat().st_size < README_PICTURE_BYTES
 
 
 def test_every_picture_is_shown_by_a_page_and_taken_by_a_test():
