@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.manual_pictures import PICTURES
 from tests.support.paths import HELP, PACKAGE, ROOT, STATIC, TESTS
+from tests.support.words import CATALOGUES
 from touchline.fitting import FITTERS
 from touchline.models import MODELS
 
@@ -17,6 +18,16 @@ WITHOUT_A_PICTURE = {"industrial-cameras.md"}  # the tests have no such camera t
 LINK = re.compile(r"\]\(([\w-]+\.md)(?:#([\w-]+))?\)")
 PICTURE = re.compile(r"!\[([^\]]*)\]\(((?:static/help/)?img/[\w.-]+)\)")
 README_PICTURE_BYTES = 90_000
+ITALICS = re.compile(r"(?<![*\w])\*([^*]+)\*(?![*\w])")
+# read when there is little time: what to press must be there as it is written
+IN_A_HURRY = [
+    "accuracy.md",
+    "calibrating.md",
+    "drift.md",
+    "fields.md",
+    "rigs.md",
+    "troubleshooting.md",
+]
 TARGET = re.compile(r'"([\w-]+\.md)(?:#([\w-]+))?"')
 
 
@@ -119,6 +130,24 @@ def test_every_panel_that_asks_for_an_explanation_has_one():
         for of in re.findall(r'\$\{Title\} of="(\w+)"', source.read_text())
     }
     assert asked and asked <= explained, asked - explained
+
+
+@cache
+def said() -> str:
+    """All texts of the page's catalogue and of the server, broken lines joined."""
+    sources = [*CATALOGUES, *sorted(PACKAGE.rglob("*.py"))]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in sources)
+    return re.sub(r'"\s*\n\s*f?"|</?b>', "", text)
+
+
+@pytest.mark.parametrize("page", IN_A_HURRY)
+def test_what_a_page_puts_in_italics_is_said_by_the_page_or_the_server(page):
+    text = re.sub(r"```.*?```|`[^`]*`", "", (HELP / page).read_text(), flags=re.DOTALL)
+    names = [" ".join(name.split()) for name in ITALICS.findall(text)]
+    assert len(names) > 10
+    # … and numbers are what differs each time
+    parts = [part.strip(" ,.") for name in names for part in re.split(r"[…→]|[\d.]+", name)]
+    assert [part for part in parts if part not in said()] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
