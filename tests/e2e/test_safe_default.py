@@ -11,6 +11,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.demo_cameras import CAMERAS
+from tests.support.manual_pictures import manual_picture
 from tests.support.tiers import long
 from tests.support.words import t
 from touchline.core.field_json import field_from_json
@@ -57,6 +58,15 @@ def by_keyboard(page, button):
     page.keyboard.press("Enter")
 
 
+def picture_of_the_readme(page):
+    """The page at the step of verifying, as wide as on a desk; the manual has it as well."""
+    narrow = page.viewport_size
+    page.set_viewport_size({"width": 1440, "height": 900})
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
+    manual_picture(page, "calibrating")
+    page.set_viewport_size(narrow)
+
+
 PHONE = pytest.mark.browser_context_args(viewport={"width": 390, "height": 844}, has_touch=True)
 
 
@@ -91,6 +101,7 @@ def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibratio
                 t("verify.checking"), timeout=LONG_MS
             )
             page.screenshot(path=tmp_path / "verify.png")
+            picture_of_the_readme(page)
     made = next(
         c for c in own_server.api("GET", "/calibrations").json()["items"] if c["id"] not in before
     )

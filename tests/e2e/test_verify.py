@@ -10,7 +10,6 @@ from tests.e2e.conftest import LONG_MS
 from tests.support.activation import activate_despite
 from tests.support.axe import axe_path, grave
 from tests.support.demo_cameras import CAMERAS
-from tests.support.manual_pictures import manual_picture
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
 from tests.support.words import like, t
@@ -135,7 +134,6 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(
     expect(page.get_by_test_id("check-packet")).to_be_visible()
     expect(page.get_by_test_id("change-map")).to_contain_text(like("verify.change.caption"))
     assert not grave(page)
-    manual_picture(page, "calibrating")
     shot(page, tmp_path / "ready.png")
     page.get_by_test_id("stage").focus()
     page.keyboard.press("Enter")  # once too often
