@@ -21,12 +21,11 @@ const AGAIN_MS = 2500,
   TRIES = 12; // for cameras that are waking up
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
-/** picture: the address of its bytes, "" without; missing: cameras that are not in it. */
-export const stitched = signal(
-  /** @type {{ of: string, info: Stitched | null, picture: string, missing: string[], refusal: Refusal | null } | null} */ (
-    null
-  ),
-);
+/**
+ * picture: the address of its bytes, "" without; missing: cameras that are not in it.
+ * @typedef {{ info: Stitched | null, picture: string, missing: string[], refusal: Refusal | null }} TakenPicture
+ */
+export const stitched = signal(/** @type {(TakenPicture & { of: string }) | null} */ (null));
 /** The newest check, of which rig it was, and with what matches. */
 export const rigCheck = signal(
   /** @type {{ of: string, matches: import("./types").SentMatches[], found: Checked } | null} */ (

@@ -26,7 +26,8 @@ const WHY = {
 /**
  * @typedef {import("../types").PublishedCamera} PublishedCamera
  * @typedef {import("../../../core/types").Field} Field
- * @typedef {{ id: string, name: string, field: string, area: string | null, sent: PublishedCamera | null, why: string }} Shown
+ * @typedef {{ id: string, name: string, field: string, area: string | null, sent: PublishedCamera | null,
+ *   why: string }} Shown
  */
 
 /** One drawing for each field. @param {{ all: PublishedCamera[], error: (camera: PublishedCamera) => string }} props */

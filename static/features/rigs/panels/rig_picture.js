@@ -51,7 +51,10 @@ export function RigPicture({ it }) {
           (p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${frame.k} />`,
         )
       }
-      ${outside.map((c) => html`<path key=${c.camera} class="area absent" d=${outline(areaOf(c, field), px, INSET_PX)} />`)}
+      ${outside.map((c) => {
+        const edge = outline(areaOf(c, field), px, INSET_PX);
+        return html`<path key=${c.camera} class="area absent" d=${edge} />`;
+      })}
       <${Markings} field=${field} place=${px} />
       ${seams.value.map(
         ({ key, area, figures }) =>
