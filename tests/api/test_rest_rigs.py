@@ -211,6 +211,15 @@ def test_a_rig_shows_its_newest_check_until_a_calibration_is_replaced(client, ri
     (pair,) = result["pairs"]
     assert checked()["verdict"] == result["verdict"] and checked()["at"].endswith("Z")
     assert checked()["p95_mm"] == max(pair["agreement"][z]["p95_mm"] for z in ("carpet", "hat"))
+    carpet = pair["agreement"]["carpet"]
+    assert checked()["pairs"] == [
+        {
+            **{name: pair[name] for name in ("a", "b")},
+            **{name: carpet[name] for name in ("median_mm", "max_mm")},
+            "level": pair["verdict"]["level"],
+        }
+    ]
+    assert 0 < carpet["median_mm"] <= carpet["max_mm"]
     etag = client.get(rig).headers["etag"]
     assert client.put(
         rig, json={**BODY, "title": "Other words"}, headers={"If-Match": etag}

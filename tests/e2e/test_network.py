@@ -12,7 +12,9 @@ from tests.support.activation import activate_despite
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.manual_pictures import manual_picture
+from tests.support.rig_over_field import sim_task
 from tests.support.words import t
+from touchline.formats import FORMATS
 from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.workflows import interchange
 
@@ -100,7 +102,6 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
             ear.hear_until(
                 lambda came: listener.Packet.FromString(came.data).geometry.HasField("models")
             )
-            manual_picture(page.get_by_test_id("network"), "ssl-vision")
             page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
             notice = page.get_by_test_id("notice").filter(
                 has_text=t(
@@ -119,6 +120,38 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
     assert re.search(
         "Received from 127.0.0.1", own_server.api("GET", "/calibrations").json()["items"][0]["note"]
     )
+
+
+def test_the_field_shows_each_camera_that_goes_out_and_why_others_do_not(page, own_server):
+    for number, camera in enumerate(("overhead", "east")):  # the left half and the right one
+        task = sim_task(2, number)
+        data = FORMATS["json"].write(task.record(task.run(cross_validate=False)))
+        made = own_server.api(
+            "POST", "/calibrations/import", files={"file": data}, data={"camera": camera}
+        ).json()
+        activate_despite(own_server, made["id"])
+    way = {**free_group(), "interface": "lo"}
+    assert own_server.api("PUT", "/publishing", json={**way, "enabled": True}).ok
+    page.goto(f"{own_server.url}/#/system/publishing")
+    overhead, east, table = (
+        page.get_by_test_id(f"plan-of-{id}") for id in ("overhead", "east", "table")
+    )
+    absent = page.locator("[data-testid=plan-ssl-div-b] .area.absent")
+    expect(overhead.locator("b")).to_have_text(re.compile("^0 · "))
+    expect(east.locator("b")).to_have_text(re.compile("^1 · "))
+    error = page.get_by_test_id("sent-east").locator("td").nth(2).inner_text()
+    expect(east).to_contain_text(t("network.plan.error", error=error))
+    expect(table).to_contain_text(t("network.plan.uncalibrated"))
+    expect(page.locator("[data-testid=plan-vsss-3v3] .area.absent")).to_have_count(1)
+    expect(absent).to_have_count(0)
+    expect(page.get_by_test_id("network-state")).to_have_attribute("data-state", "on-air")
+    page.set_viewport_size({"width": 1280, "height": 1120})
+    manual_picture(page.get_by_test_id("network"), "ssl-vision")
+    page.get_by_test_id("number-east").fill("0")
+    page.get_by_test_id("number-east").press("Tab")
+    expect(east).to_contain_text(t("network.plan.number-taken"))
+    expect(east.locator("b")).not_to_contain_text("·")
+    expect(absent).to_have_count(1)
 
 
 @pytest.mark.long

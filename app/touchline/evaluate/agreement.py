@@ -204,6 +204,7 @@ class PlaneDifference(TypedDict):
 
     z_mm: float
     mean_mm: float
+    median_mm: float
     p95_mm: float
     max_mm: float
     where: PointJson
@@ -342,6 +343,7 @@ def _map_json(shared: SharedArea, mm: Array, z_mm: float) -> PlaneDifference:
     return {
         "z_mm": z_mm,
         "mean_mm": float(values.mean()),
+        "median_mm": float(np.median(values)),
         "p95_mm": float(np.percentile(values, 95)),
         "max_mm": float(values.max()),
         "where": [float(shared.x[worst[1]]), float(shared.y[worst[0]])],

@@ -24,7 +24,7 @@ from touchline.core.json_values import PointJson
 from touchline.core.statements import say
 from touchline.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
 from touchline.models import CameraModel, model_of, raw_from_field
-from touchline.rigs.rig import Rig
+from touchline.rigs.rig import Range, Rig
 
 MAX_PX = 6e6  # 5 s, and 1 GB where two cameras both see all of the field
 MARGIN_MM = 300.0  # of carpet around the lines
@@ -39,11 +39,6 @@ class PaintedLine(TypedDict):
     feature: str
     kind: Literal["line", "arc"]
     points: list[PointJson]
-
-
-class Range(TypedDict):
-    x: PointJson
-    y: PointJson
 
 
 class Unseen(TypedDict):

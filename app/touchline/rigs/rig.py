@@ -17,7 +17,7 @@ from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field, FieldJson, Region
 from touchline.core.field_json import FIELD_CHANGED_FIX, changes_in_words, field_from_json
 from touchline.core.geometry import ImageSize, Pixels
-from touchline.core.json_values import JsonObject
+from touchline.core.json_values import JsonObject, PointJson
 from touchline.core.options import read_options
 from touchline.core.records import Calibration
 from touchline.core.sentences import CALIBRATE_AGAIN_FOR_SIZE, camera_not_calibrated
@@ -209,10 +209,20 @@ class Rig:
         )
 
 
+class Range(TypedDict):
+    """A part of the field: its smallest and largest x and y, mm."""
+
+    x: PointJson
+    y: PointJson
+
+
 class CameraOfRig(TypedDict):
+    """area: what it covers of the field; null where neither the rig nor its calibration names that."""
+
     camera: str
     title: str
     region: str | None
+    area: Range | None
     rotate: int | None
     calibration: str | None
     version: int | None
@@ -245,6 +255,7 @@ def _status(rig: Rig, camera: RigMember, wanted: Rectangles | None) -> CameraOfR
         "camera": camera.camera,
         "title": camera.title,
         "region": camera.region,
+        "area": _area(rig.field, camera),
         "rotate": camera.rotate,
         "calibration": None if active is None else active.id,
         "version": None if active is None else active.version,
@@ -252,6 +263,16 @@ def _status(rig: Rig, camera: RigMember, wanted: Rectangles | None) -> CameraOfR
         "rectangles": own.options() if own else None,
         "troubles": list(_troubles(rig, camera, wanted)),
     }
+
+
+def _area(field: Field, camera: RigMember) -> Range | None:
+    """As it is stitched. The field may have changed since the rig was saved."""
+    calibration = camera.calibration
+    name = camera.region
+    if name is None and calibration is not None and calibration.field["name"] == field.name:
+        name = calibration.region
+    region = None if name is None else field.regions.get(name)
+    return None if region is None else {"x": list(region.x_mm), "y": list(region.y_mm)}
 
 
 def _troubles(rig: Rig, camera: RigMember, wanted: Rectangles | None) -> Iterator[RigTrouble]:

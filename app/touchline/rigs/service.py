@@ -19,6 +19,7 @@ from touchline.core.jobs import Progress
 from touchline.core.records import Calibration
 from touchline.core.statements import Stated, join, say, sentence_in, stated
 from touchline.evaluate.claims import Claim
+from touchline.evaluate.report_types import Level
 from touchline.live.messages import CameraStatus
 from touchline.rigs.check import RigReport, compare
 from touchline.rigs.mosaic import FieldView, Stitcher, stitcher_of
@@ -66,18 +67,30 @@ class OutdatedCheck(Stated):
     fix: str
 
 
+class CheckedPair(TypedDict):
+    """How far two cameras are apart on the carpet, where both see it; level: that of their verdict."""
+
+    a: str
+    b: str
+    level: Level
+    median_mm: float
+    max_mm: float
+
+
 class NewestCheck(TypedDict):
     """p95_mm: on the carpet or at robot tops, whichever is more, of the two cameras that are farthest apart; null where
-    none could be compared."""
+    none could be compared. pairs: those that could."""
 
     at: str
     verdict: RigVerdict
     p95_mm: float | None
+    pairs: list[CheckedPair]
 
 
 @final
 class CheckedRig(NewestCheck):
-    """A check, and what it says now: the verdict's level is null where a camera has moved since."""
+    """A check, and what it says now: where a camera has moved since, the verdict's level is null, and its pairs are
+    gone."""
 
     outdated: list[OutdatedCheck]
 
@@ -136,13 +149,23 @@ class RigChecks:
 
     def save(self, result: RigReport, context: list[str]) -> RigReport:
         """Keep a check's verdict, and return the check."""
-        found = [pair["agreement"] for pair in result["pairs"] if pair["agreement"] is not None]
-        p95 = [
-            part["p95_mm"]
-            for agreement in found
-            for part in (agreement["carpet"], agreement["hat"])
-            if part
-        ]
+        p95: list[float] = []
+        pairs: list[CheckedPair] = []
+        for pair in result["pairs"]:
+            found, verdict = pair["agreement"], pair["verdict"]
+            if found is None or verdict is None:
+                continue
+            carpet = found["carpet"]
+            p95 += [part["p95_mm"] for part in (carpet, found["hat"]) if part]
+            pairs.append(
+                {
+                    "a": pair["a"],
+                    "b": pair["b"],
+                    "level": verdict["level"],
+                    "median_mm": carpet["median_mm"],
+                    "max_mm": carpet["max_mm"],
+                }
+            )
         name, state = context
         self._newest.put(
             (name, state),
@@ -150,6 +173,7 @@ class RigChecks:
                 "at": timestamp(utc_now),
                 "verdict": result["verdict"],
                 "p95_mm": max(p95, default=None),
+                "pairs": pairs,
             },
         )
         return result
@@ -332,6 +356,7 @@ def as_of_now(
     ]
     outdated.sort(key=lambda one: one["reason"] not in VOID)
     void = [one for one in outdated if one["reason"] in VOID]
+    moved = {one["camera"] for one in void}
     verdict = check["verdict"]
     if void and verdict["level"] is not None:
         verdict = stated(
@@ -345,7 +370,12 @@ def as_of_now(
                 ),
             )
         )
-    return {**check, "verdict": verdict, "outdated": outdated}
+    return {
+        **check,
+        "verdict": verdict,
+        "outdated": outdated,
+        "pairs": [pair for pair in check["pairs"] if moved.isdisjoint((pair["a"], pair["b"]))],
+    }
 
 
 def _of_camera(camera: str, title: str, status: CameraStatus) -> OutdatedCheck | None:

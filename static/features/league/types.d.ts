@@ -3,7 +3,7 @@ export interface Trouble { reason: string; what: string; fix: string }
 export interface Loss { rms_mm: number; worst_mm: number; worst_place: [number, number]; hat_rms_mm: number | null; hat_worst_mm: number | null; hat_height_mm: number }
 /** One camera as it is sent, or why not. */
 export interface PublishedCamera {
-  camera: string; calibration: string; version: number; model: string; field: string; camera_id: number; published: boolean; exact: boolean;
+  camera: string; calibration: string; version: number; model: string; field: string; region: string; camera_id: number; published: boolean; exact: boolean;
   loss: Loss | null; expected: ExpectedError | null; fit_expected: ExpectedError | null; level: "good" | "fair" | "poor" | null; warnings: Notice[];
   problem: Trouble | null;
 }

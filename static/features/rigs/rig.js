@@ -1,6 +1,6 @@
 // A rig: cameras that share a field. Which one is open, its stitched picture, its check and refit.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { address, call, changeSeen, request, toRefusal } from "../../core/api.js";
+import { call, changeSeen, request, toRefusal } from "../../core/api.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { goInstead, route } from "../../core/route.js";
@@ -21,11 +21,11 @@ const AGAIN_MS = 2500,
   TRIES = 12; // for cameras that are waking up
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
-export const stitched = signal(
-  /** @type {{ of: string, info: Stitched | null, refusal: Refusal | null, at: number } | null} */ (
-    null
-  ),
-);
+/**
+ * picture: the address of its bytes, "" without; missing: cameras that are not in it.
+ * @typedef {{ info: Stitched | null, picture: string, missing: string[], refusal: Refusal | null }} TakenPicture
+ */
+export const stitched = signal(/** @type {(TakenPicture & { of: string }) | null} */ (null));
 /** The newest check, of which rig it was, and with what matches. */
 export const rigCheck = signal(
   /** @type {{ of: string, matches: import("./types").SentMatches[], found: Checked } | null} */ (
@@ -79,7 +79,7 @@ export const step = (action, label, sentence, { missing = "", done = false } = {
 /** Where the operator stands, and the next thing to do. */
 export const rigNextStep = computed(() => {
   const missing = lacking.value,
-    verdict = found.value?.verdict;
+    verdict = found.value?.verdict ?? rig.value?.checked?.verdict;
   if (!name.value)
     return step("make-rig", t("rig.make"), missing || t("rig.step.ready"), { missing });
   if (!rig.value) return step("step-camera", t("rig.step.back"), t("rig.step.no-such"));
@@ -182,30 +182,39 @@ export async function removeRig(it) {
 export async function takeStitched(tries = TRIES) {
   const of = name.value;
   if (!of) return;
-  const taken = await call(
-    "GET",
-    `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`,
-  ).then(
-    (info) => ({ info, refusal: null }),
-    (error) => ({ info: null, refusal: toRefusal(error) }),
-  );
-  if (name.value !== of) return;
-  const now = (stitched.value = { of, ...taken, at: Date.now() });
-  if (tries > 1 && !isWhole(now.info))
+  const taken = await stitchedOf(of).catch((error) => ({
+    info: null,
+    picture: "",
+    missing: [],
+    refusal: toRefusal(error),
+  }));
+  if (name.value !== of) return URL.revokeObjectURL(taken.picture);
+  URL.revokeObjectURL(stitched.value?.picture ?? "");
+  const now = (stitched.value = { of, ...taken });
+  if (tries > 1 && !isWhole(now))
     setTimeout(() => {
       if (name.value === of && stitched.value === now) void takeStitched(tries - 1);
     }, AGAIN_MS);
 }
 
-/** @param {Stitched | null} info */
-const isWhole = (info) =>
-  (rig.value?.cameras ?? []).every(
-    (c) => !c.calibration || info?.cameras.some((shown) => shown.camera === c.camera),
-  );
+/** Where things lie in the picture, then its bytes: a refusal of the one is one of the other. @param {string} of */
+async function stitchedOf(of) {
+  const at = `/rigs/${encodeURIComponent(of)}/stitched`,
+    /** @type {Stitched} */ info = await call("GET", `${at}.json?width=${WIDTH_PX}`),
+    answer = await request("GET", `${at}.jpg?width=${WIDTH_PX}`);
+  return {
+    info,
+    picture: URL.createObjectURL(await answer.blob()),
+    missing: (answer.headers.get("X-Rig-Missing") ?? "").split(","),
+    refusal: null,
+  };
+}
 
-/** @param {string} of @param {number} at */
-export const pictureAddress = (of, at) =>
-  address(`/rigs/${encodeURIComponent(of)}/stitched.jpg?width=${WIDTH_PX}&at=${at}`);
+/** @param {{ picture: string, missing: string[] }} taken */
+const isWhole = ({ picture, missing }) =>
+  (rig.value?.cameras ?? []).every(
+    (c) => !c.calibration || (picture && !missing.includes(c.camera)),
+  );
 
 /** With new images of all cameras, and with what is matched in two. */
 export async function checkRig() {

@@ -13,6 +13,7 @@ AT = datetime(2026, 11, 28, 9, tzinfo=UTC)
 GOOD = {
     "at": "2026-11-28T09:00:00.000Z",
     "p95_mm": 2.0,
+    "pairs": [{"a": "north", "b": "south", "level": "good", "median_mm": 0.6, "max_mm": 1.8}],
     "verdict": {"level": "good", "reason": None, "sentence": "The cameras agree.", "fix": ""},
 }
 TITLES = {"north": "North", "south": "South"}
@@ -55,6 +56,7 @@ def test_a_camera_with_an_alarm_makes_it_void(samples, reason):
     assert (outdated["camera"], outdated["reason"]) == ("south", reason)
     assert outdated["text"].startswith("South:") and "check the rig again" in outdated["fix"]
     assert found["verdict"]["level"] is None and found["verdict"]["reason"] == "outdated"
+    assert found["pairs"] == []
     assert "no longer valid" in found["verdict"]["sentence"] and found["verdict"]["fix"]
     assert found["verdict"]["statements"]["sentence"][0]["code"] == "rig.void"
 

@@ -148,6 +148,7 @@ OWN_FIELDS = {
         "version": "its number; null: none",
         "model": "its camera model; null: none",
         "region": "the part of the field that it sees; null: unknown",
+        "area": "where that part lies on the field; null: unknown",
         "title": "the camera's name for operators",
         "rectangles": "of its active version; null: it has none",
     },
@@ -412,6 +413,7 @@ OWN_FIELDS = {
     "PlaneDifference": {
         "map": "the distance over the common area",
         "mean_mm": "mean distance, mm",
+        "median_mm": "median distance, mm",
         "max_mm": "greatest distance, mm",
         "where": "where it is, [x, y], mm",
         "p95_mm": "95 of 100 places are closer, mm",
@@ -451,6 +453,11 @@ OWN_FIELDS = {
         "field": "name of the field that is sent; null: that of most cameras",
         "problem": "why nothing can be sent; null: it can",
         "state": "whether packets are sent now",
+    },
+    "CheckedPair": {
+        "level": "good, fair or poor",
+        "median_mm": "median distance on the carpet, mm",
+        "max_mm": "greatest distance on the carpet, mm",
     },
     "Range": {"x": "smallest and largest, mm", "y": "smallest and largest, mm"},
     "RankedModel": {

@@ -15,6 +15,7 @@ import {
   saveReceived,
   setPublishing,
 } from "../network.js";
+import { SentPlan } from "./sent_plan.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
 /**
@@ -91,6 +92,7 @@ export function PublishingPage() {
           ${it.absorb || it.enabled ? t("network.stop-listening") : t("network.listen")}
         </button>
       </div>
+      <${SentPlan} all=${it.cameras} error=${receivedError} />
       <${Way} it=${it} />
       <${Sent} it=${it} />
       ${
@@ -186,6 +188,9 @@ function Entry({ name, label, value, type = "number", step = "1", title = "" }) 
 const lossAbove = ({ loss }) =>
   loss ? `≤ ${mm(Math.max(loss.worst_mm, LEAST_MM))}` : t("network.sent.not-known");
 
+/** On the carpet, mm. @param {PublishedCamera} camera */
+const receivedError = (camera) => (camera.expected ? mm(camera.expected.rms) : lossAbove(camera));
+
 /** What is sent of each camera. @param {{ it: Publishing }} props */
 function Sent({ it }) {
   if (!it.cameras.length) return html`<p class="reason">${t("network.sent.nothing")}</p>`;
@@ -226,7 +231,7 @@ function Sent({ it }) {
           </td>
           <td>${c.fit_expected ? mm(c.fit_expected.rms) : t("network.sent.not-known")}</td>
           <td class=${above(c.expected?.rms, it)} title=${lossOf(c)}>
-            ${c.expected ? mm(c.expected.rms) : lossAbove(c)}
+            ${receivedError(c)}
           </td>
           <td class=${above(topsOf(c), it)}>${topsOf(c) === null ? t("network.sent.not-known") : mm(topsOf(c))}</td>
           <td>

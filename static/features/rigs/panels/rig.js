@@ -1,17 +1,14 @@
 // A rig's page: its cameras at the left, the whole field in one picture in the middle.
 import { run } from "../../../core/actions.js";
-import { areaName, dayAndTime, mm, number } from "../../../core/format.js";
+import { areaName, dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
-import { MapScale, shadeOf } from "../../../ui/map_scale.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Working } from "../../../ui/working.js";
-import { path } from "../../../canvas/drawing.js";
 import {
   found,
   others,
-  pictureAddress,
   plane,
   refitRig,
   refusal,
@@ -21,11 +18,8 @@ import {
   showMap,
   stitched,
   takeStitched,
-  worst,
 } from "../rig.js";
-import { TrackMarks } from "./tracks.js";
-
-/** @typedef {import("../types").Pair} Pair @typedef {import("../../../core/types").Point} Point */
+import { RigPicture } from "./rig_picture.js";
 
 export function RigForm() {
   const it = rig.value,
@@ -162,89 +156,6 @@ export function RigPage() {
       <b>${now.refusal.detail}</b> ${now.refusal.fix}
     </div>`
     }
-    ${now?.info && now.of === it.name && html`<${Picture} name=${it.name} at=${now.at} info=${now.info} />`}
+    <${RigPicture} it=${it} />
   </div>`;
-}
-
-/**
- * The whole field, with its lines, the map and the worst place as vectors.
- * @param {{ name: string, at: number, info: import("../types").Stitched }} props
- */
-function Picture({ name, at, info }) {
-  const {
-      width,
-      height,
-      px_per_mm: k,
-      corner: [[x0, y0]],
-    } = info,
-    pairs = found.value?.pairs ?? [],
-    top = worst.value?.at.max_mm ?? 0;
-  /** @param {Point} p @returns {Point} */
-  const px = ([x, y]) => [(x - x0) * k, (y0 - y) * k];
-  const mark = showMap.value && worst.value ? px(worst.value.at.where) : null;
-  return html`<figure class="stitched">
-    <div class="over">
-      <img
-        data-testid="stitched"
-        src=${pictureAddress(name, at)}
-        width=${width}
-        height=${height}
-        alt=${t("rig.picture.alt")}
-      />
-      <svg
-        viewBox=${`-0.5 -0.5 ${width} ${height}`}
-        data-testid="rig-overlay"
-        role="img"
-        aria-label=${worst.value ? t("rig.overlay.worst", { worst: mm(top) }) : t("rig.overlay.lines")}
-      >
-        ${
-          showMap.value &&
-          pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} />`)
-        }
-        ${info.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)} />`)}
-        <${TrackMarks} px=${px} k=${k} />
-        ${
-          mark &&
-          html`<g class="where" transform=${`translate(${mark[0]} ${mark[1]})`}>
-          <circle r="12" />
-          <path d="M-7-7L7 7M-7 7L7-7" />
-        </g>`
-        }
-      </svg>
-      ${
-        mark &&
-        html`<span
-        data-testid="rig-worst"
-        class=${`worst-said${mark[0] > width * 0.8 ? " to-left" : ""}`}
-        style=${`left:${(100 * mark[0]) / width}%;top:${(100 * mark[1]) / height}%`}
-      >
-        ${t("rig.picture.worst", { worst: mm(top) })}
-      </span>`
-      }
-    </div>
-    <figcaption>
-      ${showMap.value && worst.value && html`<${MapScale} />`}
-      <p class="reason" data-testid="unseen">${info.unseen.words}</p>
-    </figcaption>
-  </figure>`;
-}
-
-/** One pair's map. @param {{ pair: Pair, px: (p: Point) => Point, k: number }} props */
-function Cells({ pair, px, k }) {
-  const at = pair.agreement?.[plane.value];
-  if (!at) return null;
-  const { x, y, mm: cells } = at.map,
-    w = (x[1] - x[0]) * k,
-    h = (y[1] - y[0]) * k;
-  return html`<g class="cells" data-testid="cells">
-    ${cells.flatMap((row, j) =>
-      row.map((v, i) => {
-        if (v === null) return null;
-        const [cx, cy] = px([x[i], y[j]]);
-        return html`<rect key=${`${i},${j}`} x=${cx - w / 2} y=${cy - h / 2} width=${w} height=${h} fill=${shadeOf(v)}>
-          <title>${mm(v)} mm</title>
-        </rect>`;
-      }),
-    )}
-  </g>`;
 }

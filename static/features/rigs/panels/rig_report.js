@@ -24,13 +24,18 @@ const BY = {
 
 export function RigReport() {
   const it = found.value,
+    before = rig.value?.checked,
     titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title])),
     pairs =
       it?.pairs.map((p) => ({ ...p, p })) ??
       twos(Object.keys(titles)).map(([a, b]) => ({ a, b, p: null }));
   return html`
     <${TrackReport} />
-    ${it ? html`<${Verdict} it=${it} titles=${titles} />` : html`<${Advice} />`}
+    ${
+      it || before
+        ? html`<${Verdict} verdict=${(it ?? before)?.verdict} missing=${it?.missing ?? []} titles=${titles} />`
+        : html`<${Advice} />`
+    }
     ${pairs.map(
       ({ a, b, p }) => html`<section
       key=${`${a} ${b}`}
@@ -74,11 +79,11 @@ const Advice = () => html`<section>
   </ul>
 </section>`;
 
-/** @param {{ it: import("../types").RigCheck, titles: Record<string, string> }} props */
-const Verdict = ({
-  it: { verdict, missing },
-  titles,
-}) => html`<section aria-label=${t("common.verdict")}>
+/**
+ * @param {{ verdict: import("../types").RigCheck["verdict"], missing: import("../types").RigCheck["missing"],
+ *   titles: Record<string, string> }} props
+ */
+const Verdict = ({ verdict, missing, titles }) => html`<section aria-label=${t("common.verdict")}>
   <h2>${t("rig.verdict.title")}</h2>
   <div class="verdict" data-testid="rig-verdict" data-level=${verdict.level}>
     ${verdict.level && html`<b class=${`level ${verdict.level}`}>${LEVEL[verdict.level]}.</b>`} ${verdict.sentence}

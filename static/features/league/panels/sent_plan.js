@@ -1,0 +1,101 @@
+// The field from above: each camera that goes out with its number and error, and why others do not.
+import { shortened } from "../../../core/format.js";
+import { html } from "../../../core/html.js";
+import { cameras, fields } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import {
+  FieldPlan,
+  Markings,
+  frameOf,
+  middleOf,
+  outline,
+  placeIn,
+} from "../../../ui/field_plan.js";
+
+const NAME = 20, // characters of a camera's name
+  EDGE = 30, // of the field's length: so much carpet is around it
+  INSET_PX = 8; // of what is not sent: two cameras may cover the same area
+/** Why a camera is not sent, in a few words. @type {Record<string, string>} */
+const WHY = {
+  "number-taken": t("network.plan.number-taken"),
+  "loss-above-limit": t("network.plan.above-limit"),
+  "other-field": t("network.plan.other-field"),
+  "field-changed": t("network.plan.field-changed"),
+};
+
+/**
+ * @typedef {import("../types").PublishedCamera} PublishedCamera
+ * @typedef {import("../../../core/types").Field} Field
+ * @typedef {{ id: string, name: string, field: string, area: string | null, sent: PublishedCamera | null,
+ *   why: string }} Shown
+ */
+
+/** One drawing for each field. @param {{ all: PublishedCamera[], error: (camera: PublishedCamera) => string }} props */
+export function SentPlan({ all, error }) {
+  const shown = cameras.value.map((c) =>
+    shownOf(
+      c,
+      all.find(({ camera }) => camera === c.id),
+    ),
+  );
+  return html`<div class="sent-plans">
+    ${fields.value
+      .filter(({ name }) => shown.some(({ field }) => field === name))
+      .map(
+        (field) => html`<figure
+          key=${field.name}
+          class=${all.some((c) => c.published && c.field === field.name) ? "" : "silent"}
+          data-testid=${`plan-${field.name}`}
+        >
+        <${OneField} field=${field} shown=${shown.filter((it) => it.field === field.name)} error=${error} />
+        <figcaption class="reason">${field.title}</figcaption>
+      </figure>`,
+      )}
+  </div>`;
+}
+
+/** @param {import("../../../core/types").Camera} camera @param {PublishedCamera} [it] @returns {Shown} */
+function shownOf({ id, name, field, region }, it) {
+  const problem = it?.problem?.reason ?? "";
+  return {
+    id,
+    name,
+    field: it?.field ?? field ?? "",
+    area: it?.region ?? region,
+    sent: it?.published ? it : null,
+    why: !it ? t("network.plan.uncalibrated") : (WHY[problem] ?? t("network.sent.left-out")),
+  };
+}
+
+/** @param {{ field: Field, shown: Shown[], error: (camera: PublishedCamera) => string }} props */
+function OneField({ field, shown, error }) {
+  const frame = frameOf(field, field.length_mm / EDGE),
+    place = placeIn(frame);
+  const placed = shown.map((it) => ({
+    ...it,
+    at: field.regions[it.area ?? ""] ?? Object.values(field.regions)[0],
+  }));
+  return html`<${FieldPlan}
+    frame=${frame}
+    label=${t("network.plan.what", { field: field.title })}
+    labels=${placed.map(({ id, name, at, sent, why }) => ({
+      key: id,
+      testid: `plan-of-${id}`,
+      at: middleOf(at),
+      level: sent?.level,
+      text: html`<b title=${name}>${sent ? `${sent.camera_id} · ` : ""}${shortened(name, NAME)}</b>
+        <small>${sent ? t("network.plan.error", { error: error(sent) }) : why}</small>`,
+    }))}
+  >
+    ${placed.map(
+      ({ id, at, sent }) =>
+        html`<path
+          key=${id}
+          class=${`area${sent ? "" : " absent"}`}
+          data-level=${sent?.level}
+          d=${outline(at, place, sent ? 0 : INSET_PX)}
+        />`,
+    )}
+    <${Markings} field=${field} place=${place} />
+  <//>`;
+}
