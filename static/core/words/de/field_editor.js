@@ -53,6 +53,7 @@ export default /** @type {const} */ ({
   "field-editor.chosen.remove": "Entfernen",
   "field-editor.chosen.to-axis": "Bis {axis}",
   "field-editor.chosen.turned": "Drehung im Bild",
+  "field-editor.covered": "{field}, mit dem Bereich jeder Kamera",
   "field-editor.deleted": "„{title}“ wurde gelöscht.",
   "field-editor.deleted-fix": "Kalibrierungen für dieses Feld enthalten weiterhin eine Kopie davon.",
   "field-editor.form.heading": "Feld",

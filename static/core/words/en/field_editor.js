@@ -53,6 +53,7 @@ export default /** @type {const} */ ({
   "field-editor.chosen.remove": "Remove",
   "field-editor.chosen.to-axis": "To {axis}",
   "field-editor.chosen.turned": "Rotation in the image",
+  "field-editor.covered": "{field}, with the area of each camera",
   "field-editor.deleted": "{title} was deleted.",
   "field-editor.deleted-fix": "Calibrations made for this field still contain a copy of it.",
   "field-editor.form.heading": "Field",

@@ -6,6 +6,14 @@ import { addressOf } from "../../../core/route.js";
 import { cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import {
+  FieldPlan,
+  Markings,
+  frameOf,
+  middleOf,
+  outline,
+  placeIn,
+} from "../../../ui/field_plan.js";
 import { rich } from "../../../ui/rich.js";
 import { arcPoints } from "../../calibrate/field_sides.js";
 import { Accuracy } from "../../live/panels/wall.js";
@@ -19,9 +27,8 @@ import { openFieldFile } from "../editor.js";
  * @typedef {import("../../rigs/types").Rig} Rig
  */
 
-const SKETCH_PX = 260, // as wide as it is drawn, about
-  LETTER_PX = 11,
-  NAME_CHARACTERS = 14;
+const NAME_CHARACTERS = 20,
+  EDGE = 30; // of the field's length: so much carpet is around it
 
 /** @param {string} name of a field */
 const camerasOver = (name) => cameras.value.filter((c) => (c.active?.field ?? c.field) === name);
@@ -77,7 +84,7 @@ function UsedField({ it }) {
     data-testid=${`field-card-${name}`}
   >
     <a href=${addressOf("field-editor", { field: name })} data-testid=${`edit-field-${name}`}>
-      <${Sketch} it=${it} over=${over} />
+      <${Covered} it=${it} over=${over} />
       <b>${title}</b>
     </a>
     <div>
@@ -142,7 +149,7 @@ const Cards = ({ title, some }) =>
       ${some.map(
         (it) => html`<li key=${it.name} class="card" data-testid=${`field-card-${it.name}`}>
         <a href=${addressOf("field-editor", { field: it.name })} data-testid=${`edit-field-${it.name}`}>
-          <${Sketch} it=${it} over=${[]} />
+          <${Sketch} it=${it} />
           <b>${it.title}</b>
         </a>
         <${Links} it=${it} />
@@ -168,13 +175,10 @@ function Links({ it: { name, title, length_mm: length, width_mm: width } }) {
   </div>`;
 }
 
-/** Its markings, and the part that each camera covers with the camera's name.
- * @param {{ it: Field, over: Camera[] }} props */
-function Sketch({ it: { length_mm: length, width_mm: width, lines, arcs, regions }, over }) {
+/** Its markings. @param {{ it: Field }} props */
+function Sketch({ it: { length_mm: length, width_mm: width, lines, arcs } }) {
   const room = 0.04 * length,
-    unit = length / SKETCH_PX,
-    box = [-length / 2 - room, -width / 2 - room, length + 2 * room, width + 2 * room],
-    partOf = (/** @type {Camera} */ camera) => regions[areaOf(camera)];
+    box = [-length / 2 - room, -width / 2 - room, length + 2 * room, width + 2 * room];
   return html`<svg class="sketch" viewBox=${box.join(" ")} aria-hidden="true">
     <g transform="scale(1 -1)">
       ${lines.map((l) => html`<path key=${l.name} d=${`M${l.from.join(" ")}L${l.to.join(" ")}`} />`)}
@@ -185,22 +189,32 @@ function Sketch({ it: { length_mm: length, width_mm: width, lines, arcs, regions
             .join("L")}`} />`,
       )}
     </g>
-    ${over.map(({ id, name }, i) => {
-      const part = partOf(over[i]);
-      if (!part) return null;
-      const [left, right] = part.x,
-        [bottom, top] = part.y,
-        above = over.slice(0, i).filter((it) => String(partOf(it)?.x) === String(part.x)).length;
-      return html`<g key=${id} class="part">
-        <path d=${`M${left} ${-bottom}H${right}V${-top}H${left}Z`} />
-        <text
-          x=${(left + right) / 2}
-          y=${-(bottom + top) / 2 + above * 1.3 * LETTER_PX * unit}
-          font-size=${LETTER_PX * unit}
-        >
-          ${shortened(name, NAME_CHARACTERS)}
-        </text>
-      </g>`;
-    })}
   </svg>`;
+}
+
+/** Its markings, and the part that each camera covers with the camera's name.
+ * @param {{ it: Field, over: Camera[] }} props */
+function Covered({ it, over }) {
+  const frame = frameOf(it, it.length_mm / EDGE),
+    place = placeIn(frame),
+    parts = over.flatMap((camera) => {
+      const part = it.regions[areaOf(camera)];
+      return part ? [{ camera, part, level: camera.active?.verdict.level }] : [];
+    });
+  return html`<${FieldPlan}
+    frame=${frame}
+    label=${t("field-editor.covered", { field: it.title })}
+    labels=${parts.map(({ camera: { id, name }, part, level }) => ({
+      key: id,
+      at: middleOf(part),
+      level,
+      text: shortened(name, NAME_CHARACTERS),
+    }))}
+  >
+    ${parts.map(
+      ({ camera: { id }, part, level }) =>
+        html`<path key=${id} class="area" data-level=${level} d=${outline(part, place)} />`,
+    )}
+    <${Markings} field=${it} place=${place} />
+  <//>`;
 }
