@@ -11,6 +11,7 @@ import { fetchHealth, health } from "../../static/features/settings/settings.js"
 import {
   badCamera,
   problems,
+  noProblem,
   summary,
   summaryOfPlace,
 } from "../../static/features/shell/problems.js";
@@ -57,6 +58,11 @@ test("where all is well or not tested there is no problem", () => {
     claim("publishing", { gates: false, title: "Not publishing" }),
   );
   assert.deepEqual([problems.value, badCamera.value, summary.value.level], [[], null, "ok"]);
+});
+
+test("nothing is called good before the server has said what it knows", () => {
+  assert.deepEqual([problems.value, summary.value.level], [[], "unknown"]);
+  assert.equal(noProblem.value, "Waiting for the server…");
 });
 
 test("each case of a claim that stands against a match is told with its fix and its place", () => {
@@ -165,7 +171,8 @@ test("the bell, the status bar and the rail count the same problems, however man
     ];
   for (const [count, level, arise] of kinds) {
     online.value = true;
-    readiness.value = health.value = null;
+    site();
+    health.value = null;
     arise();
     const { worst, ...all } = summary.value,
       places = PLACES.map(({ place }) => summaryOfPlace(place));

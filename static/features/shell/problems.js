@@ -132,15 +132,21 @@ export const badCamera = computed(() => {
 
 /**
  * What the bell, the status bar and the rail show: how many, how bad, and the worst itself.
- * @typedef {{ count: number, level: "bad" | "warn" | "ok", worst: Problem | null }} Summary
+ * @typedef {{ count: number, level: "bad" | "warn" | "ok" | "unknown", worst: Problem | null }} Summary
  */
 
-/** @param {Problem[]} some in their order @returns {Summary} */
+/** Before the server has said what it knows, nothing is called good. @param {Problem[]} some in their order
+ * @returns {Summary} */
 const summaryOf = (some) => ({
   count: some.length,
-  level: some[0]?.level ?? "ok",
+  level: some[0]?.level ?? (readiness.value ? "ok" : "unknown"),
   worst: some[0] ?? null,
 });
+
+/** What the summary says where there is no problem. */
+export const noProblem = computed(() =>
+  readiness.value ? t("shell.problems.none") : t("common.asking"),
+);
 
 /** Of all problems. */
 export const summary = computed(() => summaryOf(problems.value));

@@ -1,7 +1,7 @@
 // The bell: how many problems there are, and the list of them, each with the way to what mends it.
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
-import { problems, summary } from "../problems.js";
+import { noProblem, problems, summary } from "../problems.js";
 
 export function Bell() {
   const all = problems.value,
@@ -14,7 +14,7 @@ export function Bell() {
       data-level=${worst}
       aria-haspopup="dialog"
       onClick=${() => list()?.showModal()}
-      aria-label=${count ? t("shell.problems.count", { count }) : t("shell.problems.none")}
+      aria-label=${count ? t("shell.problems.count", { count }) : noProblem.value}
       title=${t("shell.problems.title")}
     >
       <svg width="18" height="18" viewBox="0 0 24 24" aria-hidden="true">
@@ -38,7 +38,7 @@ export function Bell() {
       }}
     >
       <div class="in">
-        <h2 id="problems-title">${count ? t("shell.problems.title") : t("shell.problems.none")}</h2>
+        <h2 id="problems-title">${count ? t("shell.problems.title") : noProblem.value}</h2>
         <ul>
           ${all.map(
             ({

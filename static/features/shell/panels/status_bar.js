@@ -7,7 +7,7 @@ import { THEMES, chooseTheme, theme } from "../../../core/theme.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { JobsIndicator } from "../../jobs/panels/jobs.js";
-import { summary } from "../problems.js";
+import { noProblem, summary } from "../problems.js";
 import { isSaved, version } from "../../versions/versions.js";
 import { Saved } from "./saved.js";
 
@@ -54,8 +54,8 @@ function Health() {
   const { count, level, worst } = summary.value,
     more = count - 1;
   if (!worst)
-    return html`<span data-testid="status" data-level="ok">
-      <i aria-hidden="true">✓</i> ${t("shell.problems.none")}
+    return html`<span data-testid="status" data-level=${level}>
+      ${level === "ok" && html`<i aria-hidden="true">✓</i>`} ${noProblem.value}
     </span>`;
   return html`<span class="status" data-testid="status" data-level=${level} role="status">
     <i aria-hidden="true">▲</i> <b title=${worst.text}>${worst.text}</b>${" "}
