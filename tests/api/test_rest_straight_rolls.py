@@ -64,7 +64,8 @@ def listening(client, camera, query=""):
 @pytest.fixture(scope="module")
 def rolled(client):
     """What was told until some rolls were kept."""
-    status = f"{API}/cameras/ball/status"  # on a busy machine its process takes longer than a line waits
+    # on a busy machine its process takes longer to start than a line waits
+    status = f"{API}/cameras/ball/status"
     until(lambda: client.get(status).json()["state"], lambda state: state == "live")
     with listening(client, "ball") as line:
         return receive_until(

@@ -28,7 +28,8 @@ export async function loadChange(before, id) {
     is = await call("GET", `/calibrations/${before}/difference/${id}.json`);
   } catch (error) {
     why = error instanceof Error ? error.message : String(error);
-    if (!(error instanceof Problem)) asked.delete(pair); // the server was away: asked for again when it is next in sight
+    // the server was away: it is asked for again when it is next in sight
+    if (!(error instanceof Problem)) asked.delete(pair);
   }
   changes.value = new Map(changes.value).set(pair, { is, why });
 }
