@@ -19,7 +19,7 @@ from touchline.fitting.least_squares import minimise
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.fitting.ray_camera.problem import gather_clicks
 
-HELD = {"centre_x", "centre_y", "p1", "p2", "k3", "k4", "k5", "k6"}
+HELD = {"aspect", "centre_x", "centre_y", "p1", "p2", "k3", "k4", "k5", "k6"}
 
 
 def one(seed: int, tilt: int) -> dict[str, tuple[float, float, int]]:

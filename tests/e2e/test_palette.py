@@ -49,7 +49,7 @@ def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(
     find(page, t("common.undo").lower())  # a command, and one that can be done here alone
     assert operator.points("left") == []
     page.get_by_test_id("search").click()
-    page.get_by_test_id("palette-input").fill(t("shell.palette.file").lower())
+    page.get_by_test_id("palette-input").fill(straight_picture.name)
     page.keyboard.press("ArrowDown")
     page.keyboard.press("ArrowUp")
     page.get_by_test_id("found").filter(has_text=t("shell.palette.kind.image")).first.click()
