@@ -1,6 +1,6 @@
 // Keyboard: one listener that looks the key up in the table of actions.
 import { ACTIONS, run } from "./actions.js";
-import { preference, switchPreference } from "./preference.js";
+import { preference } from "./preference.js";
 import { t } from "./words.js";
 
 /**
@@ -38,13 +38,14 @@ export const keyOf = (action) =>
     return !first || first === action;
   });
 
-const KEPT = "touchline.letters";
 /** Whether keys of one character do something: who speaks to the machine, or presses keys unmeant, wants them off
  * (WCAG 2.1, 2.1.4). */
-export const lettersOn = preference(KEPT);
+export const lettersOn = preference("touchline.letters");
 
 /** @param {boolean} isOn */
-export const switchLetters = (isOn) => switchPreference(lettersOn, KEPT, isOn);
+export const switchLetters = (isOn) => {
+  lettersOn.value = isOn;
+};
 
 /** One character alone, but the space bar, which presses what has the focus. @param {string} name */
 const isLetter = (name) => name.length === 1 && name !== " ";

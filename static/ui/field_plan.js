@@ -4,7 +4,9 @@ import { html } from "../core/html.js";
 
 const MARGIN_MM = 300,
   WIDTH = 1200; // as a rig's stitched picture has them: nothing moves when that takes the place of the markings
-const GAP_PX = 3;
+const GAP_PX = 3,
+  EDGE = 30, // of the field's length: so much carpet is around a field without a picture
+  INSET_PX = 8; // of what is absent: two cameras may cover the same area
 
 /**
  * @typedef {import("../core/types").Point} Point
@@ -87,6 +89,32 @@ export function FieldPlan({
       </div>`;
     })}
   </div>`;
+}
+
+/**
+ * A field with areas on it, each with its label in the middle; an absent one is hatched.
+ * @param {{ field: import("../core/types").Field, label: string,
+ *   areas: (Omit<Label, "at"> & { area: Area, isAbsent?: boolean })[] }} props
+ */
+export function FieldAreas({ field, label, areas }) {
+  const frame = frameOf(field, field.length_mm / EDGE),
+    place = placeIn(frame);
+  return html`<${FieldPlan}
+    frame=${frame}
+    label=${label}
+    labels=${areas.map(({ area, ...rest }) => ({ ...rest, at: middleOf(area) }))}
+  >
+    ${areas.map(
+      ({ key, area, level, isAbsent }) =>
+        html`<path
+          key=${key}
+          class=${`area${isAbsent ? " absent" : ""}`}
+          data-level=${level}
+          d=${outline(area, place, isAbsent ? INSET_PX : 0)}
+        />`,
+    )}
+    <${Markings} field=${field} place=${place} />
+  <//>`;
 }
 
 /** All that is painted. @param {{ field: import("../core/types").Field, place: (at: Point) => Point }} props */

@@ -1,7 +1,10 @@
 // A part of the page that is loaded when it is first drawn: the page itself is there sooner.
 import { signal } from "@preact/signals";
 import { html } from "../core/html.js";
-import { notifyError } from "../core/state.js";
+import { notify, retract } from "../core/state.js";
+import { t } from "../core/words.js";
+
+const ABOUT = "ui/later"; // one notice for all of them
 
 /**
  * Return a component that loads itself. Until then, waiting is drawn in its place; without the server it is tried again
@@ -16,8 +19,9 @@ export function later(load, waiting = () => null) {
     isLoading = true;
     try {
       part.value = await load();
-    } catch (error) {
-      notifyError(error);
+      retract(ABOUT);
+    } catch {
+      notify({ level: "warn", text: t("ui.later"), fix: t("ui.later.fix"), about: ABOUT });
     }
     isLoading = false;
   };

@@ -4,7 +4,7 @@ import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { run } from "../../core/actions.js";
 import { change, doc, isEqual } from "../../core/document.js";
 import { runJob } from "../../core/jobs.js";
-import { preference, switchPreference } from "../../core/preference.js";
+import { preference } from "../../core/preference.js";
 import { longWork } from "../../core/long_work.js";
 import { editing, field, fields, region, rotation, snapshot, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -42,11 +42,12 @@ export const otherAreas = computed(() =>
   detectedAreas.value.length ? detectedAreas.value : (preview.value?.report.areas ?? []),
 );
 
-const KEPT = "touchline.detect";
 /** Whether lines are detected without being asked. */
-export const autoDetect = preference(KEPT);
+export const autoDetect = preference("touchline.detect");
 
-export const toggleAutoDetect = () => switchPreference(autoDetect, KEPT);
+export const toggleAutoDetect = () => {
+  autoDetect.value = !autoDetect.value;
+};
 
 /** What is being searched for, by question(), and what the document was then. */
 let asked = /** @type {{ picture: string, of: Doc, what: string } | null} */ (null);

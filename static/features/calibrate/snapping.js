@@ -4,7 +4,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call } from "../../core/api.js";
 import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/document.js";
 import { number } from "../../core/format.js";
-import { preference, switchPreference } from "../../core/preference.js";
+import { preference } from "../../core/preference.js";
 import { latestWins } from "../../core/latest_wins.js";
 import { active, editing, kindOf, notifyError, pointer, snapshot, tool } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -17,7 +17,6 @@ import { givenFit } from "./fitting.js";
  * @typedef {import("../../core/types").SnapAnswer} SnapAnswer
  */
 
-const KEPT = "touchline.snap";
 const REACH_PX = 12,
   REACH_TOUCH_PX = 22; // on the stage: hands err on the screen, not in the picture
 const MIN_PX = 3,
@@ -25,7 +24,7 @@ const MIN_PX = 3,
 const PAUSE_MS = 30; // between two looks ahead
 const STILL_PX = 0.005;
 
-export const snapping = preference(KEPT);
+export const snapping = preference("touchline.snap");
 const said = signal({ text: "", of: doc.value });
 /** What became of the last points, in words: nothing is moved in silence. An undo takes it back with the points. */
 export const snapMessage = computed(() => (said.value.of === doc.value ? said.value.text : ""));
@@ -39,7 +38,7 @@ export const snapPreview = signal(/** @type {(SnapAnswer & { of: Point }) | null
 export const isSnapSuspended = signal(false);
 
 export function toggleSnapping() {
-  switchPreference(snapping, KEPT);
+  snapping.value = !snapping.value;
   saySnapped(snapping.value ? t("calibrate.snapping.on") : t("calibrate.snapping.off"));
 }
 

@@ -1,15 +1,15 @@
 // The wall: whether the field's lines are drawn over its pictures, and in which order its cameras stand.
 import { computed, effect, signal } from "@preact/signals";
-import { preference, switchPreference } from "../../core/preference.js";
+import { preference } from "../../core/preference.js";
 import { cameras } from "../../core/state.js";
 import { problems } from "../shell/problems.js";
 
-const KEPT = "touchline-wall-lines"; // in this browser
-
 /** Each frame of a stream has the lines with it: nothing more is asked for. */
-export const wallLines = preference(KEPT);
+export const wallLines = preference("touchline-wall-lines");
 
-export const toggleWallLines = () => switchPreference(wallLines, KEPT);
+export const toggleWallLines = () => {
+  wallLines.value = !wallLines.value;
+};
 
 /** Whether the operator's pointer or focus is in the wall: nothing moves then. */
 export const isWallHeld = signal(false);

@@ -139,7 +139,7 @@ export function startScene() {
     if (what.value === "" && listed.value) untracked(() => void goToFirst());
   });
   effect(() => {
-    const open = Boolean(what.value) && online.value;
+    const open = isNamed.value && online.value;
     untracked(() => {
       clearTimeout(timer);
       if (!open) return leave();

@@ -6,16 +6,8 @@ import { addressOf } from "../../../core/route.js";
 import { cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
-import {
-  FieldPlan,
-  Markings,
-  frameOf,
-  middleOf,
-  outline,
-  placeIn,
-} from "../../../ui/field_plan.js";
+import { FieldAreas, Markings, frameOf, placeIn } from "../../../ui/field_plan.js";
 import { rich } from "../../../ui/rich.js";
-import { arcPoints } from "../../calibrate/field_sides.js";
 import { Accuracy } from "../../live/panels/wall.js";
 import { rigs } from "../../rigs/rig.js";
 import { Outdated } from "../../versions/panels/outdated.js";
@@ -28,7 +20,7 @@ import { openFieldFile } from "../editor.js";
  */
 
 const NAME_CHARACTERS = 20,
-  EDGE = 30; // of the field's length: so much carpet is around it
+  SKETCH_EDGE = 0.04; // of its length: so much carpet is around the markings
 
 /** @param {string} name of a field */
 const camerasOver = (name) => cameras.value.filter((c) => (c.active?.field ?? c.field) === name);
@@ -176,45 +168,22 @@ function Links({ it: { name, title, length_mm: length, width_mm: width } }) {
 }
 
 /** Its markings. @param {{ it: Field }} props */
-function Sketch({ it: { length_mm: length, width_mm: width, lines, arcs } }) {
-  const room = 0.04 * length,
-    box = [-length / 2 - room, -width / 2 - room, length + 2 * room, width + 2 * room];
-  return html`<svg class="sketch" viewBox=${box.join(" ")} aria-hidden="true">
-    <g transform="scale(1 -1)">
-      ${lines.map((l) => html`<path key=${l.name} d=${`M${l.from.join(" ")}L${l.to.join(" ")}`} />`)}
-      ${arcs.map(
-        (a) =>
-          html`<path key=${a.name} d=${`M${arcPoints(a)
-            .map((p) => p.join(" "))
-            .join("L")}`} />`,
-      )}
-    </g>
+function Sketch({ it }) {
+  const frame = frameOf(it, SKETCH_EDGE * it.length_mm);
+  return html`<svg class="sketch" viewBox=${`0 0 ${frame.width} ${frame.height}`} aria-hidden="true">
+    <${Markings} field=${it} place=${placeIn(frame)} />
   </svg>`;
 }
 
 /** Its markings, and the part that each camera covers with the camera's name.
  * @param {{ it: Field, over: Camera[] }} props */
-function Covered({ it, over }) {
-  const frame = frameOf(it, it.length_mm / EDGE),
-    place = placeIn(frame),
-    parts = over.flatMap((camera) => {
-      const part = it.regions[areaOf(camera)];
-      return part ? [{ camera, part, level: camera.active?.verdict.level }] : [];
-    });
-  return html`<${FieldPlan}
-    frame=${frame}
-    label=${t("field-editor.covered", { field: it.title })}
-    labels=${parts.map(({ camera: { id, name }, part, level }) => ({
-      key: id,
-      at: middleOf(part),
-      level,
-      text: shortened(name, NAME_CHARACTERS),
-    }))}
-  >
-    ${parts.map(
-      ({ camera: { id }, part, level }) =>
-        html`<path key=${id} class="area" data-level=${level} d=${outline(part, place)} />`,
-    )}
-    <${Markings} field=${it} place=${place} />
-  <//>`;
-}
+const Covered = ({ it, over }) => html`<${FieldAreas}
+  field=${it}
+  label=${t("field-editor.covered", { field: it.title })}
+  areas=${over.flatMap((camera) => {
+    const { id, name, active } = camera,
+      area = it.regions[areaOf(camera)],
+      text = shortened(name, NAME_CHARACTERS);
+    return area ? [{ key: id, area, level: active?.verdict.level, text }] : [];
+  })}
+/>`;

@@ -3,18 +3,9 @@ import { shortened } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
-import {
-  FieldPlan,
-  Markings,
-  frameOf,
-  middleOf,
-  outline,
-  placeIn,
-} from "../../../ui/field_plan.js";
+import { FieldAreas } from "../../../ui/field_plan.js";
 
-const NAME = 20, // characters of a camera's name
-  EDGE = 30, // of the field's length: so much carpet is around it
-  INSET_PX = 8; // of what is not sent: two cameras may cover the same area
+const NAME = 20; // characters of a camera's name
 /** Why a camera is not sent, in a few words. @type {Record<string, string>} */
 const WHY = {
   "number-taken": t("network.plan.number-taken"),
@@ -68,34 +59,16 @@ function shownOf({ id, name, field, region }, it) {
 }
 
 /** @param {{ field: Field, shown: Shown[], error: (camera: PublishedCamera) => string }} props */
-function OneField({ field, shown, error }) {
-  const frame = frameOf(field, field.length_mm / EDGE),
-    place = placeIn(frame);
-  const placed = shown.map((it) => ({
-    ...it,
-    at: field.regions[it.area ?? ""] ?? Object.values(field.regions)[0],
-  }));
-  return html`<${FieldPlan}
-    frame=${frame}
-    label=${t("network.plan.what", { field: field.title })}
-    labels=${placed.map(({ id, name, at, sent, why }) => ({
-      key: id,
-      testid: `plan-of-${id}`,
-      at: middleOf(at),
-      level: sent?.level,
-      text: html`<b title=${name}>${sent ? `${sent.camera_id} · ` : ""}${shortened(name, NAME)}</b>
-        <small>${sent ? t("network.plan.error", { error: error(sent) }) : why}</small>`,
-    }))}
-  >
-    ${placed.map(
-      ({ id, at, sent }) =>
-        html`<path
-          key=${id}
-          class=${`area${sent ? "" : " absent"}`}
-          data-level=${sent?.level}
-          d=${outline(at, place, sent ? 0 : INSET_PX)}
-        />`,
-    )}
-    <${Markings} field=${field} place=${place} />
-  <//>`;
-}
+const OneField = ({ field, shown, error }) => html`<${FieldAreas}
+  field=${field}
+  label=${t("network.plan.what", { field: field.title })}
+  areas=${shown.map(({ id, name, area, sent, why }) => ({
+    key: id,
+    testid: `plan-of-${id}`,
+    area: field.regions[area ?? ""] ?? Object.values(field.regions)[0],
+    isAbsent: !sent,
+    level: sent?.level,
+    text: html`<b title=${name}>${sent ? `${sent.camera_id} · ` : ""}${shortened(name, NAME)}</b>
+      <small>${sent ? t("network.plan.error", { error: error(sent) }) : why}</small>`,
+  }))}
+/>`;
