@@ -15,9 +15,8 @@ from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.evaluate.headline_figures import HEADLINE, what_is_missing
 from touchline.images import frame_from_bytes
-from touchline.report.contents import ReportPicture, contents, outcome
+from touchline.report.contents import ReportPicture, contents, outcome, report_picture
 from touchline.report.page import draw, page
-from touchline.report.service import report_picture
 
 ID = re.compile(r"[0-9a-f]{16}")
 

@@ -1,12 +1,12 @@
 """All contents of a report, as plain JSON in which nothing is NaN; the page is made of this and of pictures alone."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from touchline.core.errors import TouchlineError
+from touchline.core.errors import BadImage, NotFound, TouchlineError, Unavailable
 from touchline.core.field import BORDERS
 from touchline.core.json_values import MAX_NAME, JsonObject, finite_json, number, text
 from touchline.core.records import Calibration, Frame
@@ -36,6 +36,22 @@ class ReportPicture:
     frame: Frame | None
     why: str | None = None
     camera_name: str | None = None
+
+
+def report_picture(
+    calibration: Calibration, frame_of: Callable[[str], Frame], camera_name: str | None = None
+) -> ReportPicture:
+    """Load the picture that was clicked, if it is still stored. frame_of: returns it by its id."""
+    if calibration.snapshot is None:
+        return ReportPicture(
+            None,
+            "The calibration has no image: it was imported, or made from points alone.",
+            camera_name,
+        )
+    try:
+        return ReportPicture(frame_of(calibration.snapshot), camera_name=camera_name)
+    except (NotFound, Unavailable, BadImage) as refusal:
+        return ReportPicture(None, f"The image cannot be shown: {refusal.what}", camera_name)
 
 
 def contents(

@@ -13,9 +13,8 @@ from touchline.api.schemas import HTML, UNCHANGED, JsonObject, response
 from touchline.core.errors import NotFound, TouchlineError
 from touchline.core.records import Frame
 from touchline.evaluate.claims import Claim, ClaimJson
-from touchline.report.contents import ReportPicture, contents
+from touchline.report.contents import ReportPicture, contents, report_picture
 from touchline.report.page import POLICY, draw, page
-from touchline.report.service import report_picture
 from touchline.services.answer_cache import etag_of
 from touchline.services.claims import known_claims
 from touchline.services.container import Services

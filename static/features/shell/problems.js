@@ -7,7 +7,7 @@ import { t } from "../../core/words.js";
 import { isOver, jobs } from "../jobs/job_list.js";
 import { statuses } from "../live/camera_status.js";
 import { health } from "../settings/settings.js";
-import { addressOfCure } from "../verify/claims.js";
+import { addressOfCure, markOf } from "../verify/claims.js";
 import { readiness } from "./readiness.js";
 
 /**
@@ -35,8 +35,7 @@ const problem = (known) => ({
 });
 
 /**
- * What the server knows to be wrong: what stands against a match, and the rest where it says what to do. A camera that
- * is not calibrated yet is work to do.
+ * What the server knows to be wrong: what stands against a match, and the rest where it says what to do.
  * @returns {Problem[]}
  */
 const ofSite = () =>
@@ -46,7 +45,7 @@ const ofSite = () =>
       (cases.length ? cases : [{ ...claim, text: inOne(claim) }]).map(({ text, fix, camera }) =>
         problem({
           id: `${claim.code}-${camera ?? text}`,
-          level: claim.gates && claim.cure !== "images" ? "bad" : "warn",
+          level: markOf(claim) === "bad" ? "bad" : "warn",
           place: PLACES[/** @type {keyof typeof PLACES} */ (claim.cure)] ?? "cameras",
           camera: camera ?? "",
           text,

@@ -32,9 +32,13 @@ export const toCheck = (claim, at = {}) =>
     isProblem: claim.gates && claim.state !== "held",
   });
 
-/** Only what was tried and held is ticked. @param {Claim} claim @returns {Check["state"]} */
-const markOf = ({ state, gates }) =>
-  state === "held" ? "ok" : state === "not-tested" ? "unknown" : gates ? "bad" : "note";
+/** Only what was tried and held is ticked; a camera that is not calibrated yet is work to do.
+ * @param {Pick<Claim, "state" | "gates" | "cure">} claim @returns {Check["state"]} */
+export function markOf({ state, gates, cure }) {
+  if (state === "held") return "ok";
+  if (state === "not-tested") return "unknown";
+  return gates && cure !== "images" ? "bad" : "note";
+}
 
 /** @param {NonNullable<Claim["figure"]>} figure */
 const inWords = ({ value, unit, at_most }) =>

@@ -7,7 +7,7 @@ import { events, readiness } from "../readiness.js";
 
 /** @typedef {import("../../verify/types").Claim} Claim */
 
-const MARK = { ok: "✓", note: "○", bad: "▲", unknown: "?", running: "" };
+const MARK = { ok: "✓", note: "△", bad: "▲", unknown: "?", running: "" };
 const VERDICT = /** @type {const} */ ({
   ready: ["good", "shell.readiness.ready"],
   "not-tested": ["unknown", "shell.readiness.not-tested"],
@@ -54,7 +54,7 @@ function Claims({ gate, items }) {
 /** @param {{ claim: Claim }} props */
 function Line({ claim }) {
   const { id, state, title, value, text, fix, href } = toCheck(claim),
-    label = t(state === "bad" && claim.cure !== "images" ? "shell.readiness.fix" : labelOf(claim));
+    label = t(state === "bad" ? "shell.readiness.fix" : labelOf(claim));
   return html`<li data-testid=${`claim-${id}`} data-state=${state}>
     <span class="mark" aria-hidden="true">${MARK[state]}</span>
     <div>
