@@ -114,7 +114,7 @@ export async function changeSeen(method, path, isSeen, json) {
  */
 export function toRefusal(error) {
   if (error instanceof Problem) {
-    const { title, type = "", feature = null, index = null, entry } = error.body;
+    const { title, type = "", feature = null, index = null, entry, entries } = error.body;
     return {
       detail: error.detail,
       fix: error.fix,
@@ -123,6 +123,7 @@ export function toRefusal(error) {
       feature,
       index,
       entry,
+      entries,
     };
   }
   throw error;

@@ -74,6 +74,27 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
     assert server.api("GET", f"/calibrations/{kept['id']}").json()["active"]
 
 
+def test_what_a_file_does_not_say_is_asked_for_where_it_was_refused(server, page):
+    """Two cameras, of which the second states no lens: two presses, and it is a lens."""
+    numbers = "{fx: 350, fy: 351, cx: 640, cy: 480, width: 1280, height: 960"
+    stereo = f"left: {numbers}, k1: -0.1, k2: 0.01, p1: 0, p2: 0}}\nright: {numbers}, D: [0.1, 0, 0, 0]}}\n"
+    start(page, server)
+    page.get_by_test_id("import-file").set_input_files(file_of("stereo.txt", stereo.encode()))
+    refusal = page.get_by_test_id("import-refusal")
+    expect(refusal).to_contain_text("left, right", timeout=LONG_MS)
+    refusal.get_by_role("button", name="right").click()
+    choices = page.get_by_test_id("import-choice")
+    fisheye = choices.get_by_text(t("versions.import.fisheye"))
+    expect(fisheye).to_be_visible(timeout=LONG_MS)
+    fisheye.focus()
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("imported")).to_contain_text(
+        t("versions.import.lens-imported"), timeout=LONG_MS
+    )
+    newest = server.api("GET", "/lenses").json()["items"][0]
+    assert newest["model"] == "fisheye"
+
+
 @pytest.mark.long
 def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(
     exported, server, page, tmp_path

@@ -9,6 +9,7 @@ from touchline.cli import files
 from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
 from touchline.core.records import Calibration
 from touchline.core.sentences import area_name
+from touchline.formats.document import MAX_FILE_BYTES
 from touchline.workflows import interchange
 from touchline.workflows.calibration_request import with_new_id
 
@@ -92,16 +93,21 @@ def import_file(
     ] = None,
     camera_id: CameraId = None,
     model: Annotated[
-        str | None, typer.Option("--model", help="Camera model for a table of points.")
+        str | None,
+        typer.Option(
+            "--model",
+            help="Camera model for a table of points, or the lens if it is not in the file.",
+        ),
+    ] = None,
+    entry: Annotated[
+        str | None, typer.Option("--entry", help="The camera of a file with several, by its name.")
     ] = None,
     fields: OwnFields = None,
 ) -> None:
     """Read a file of another program."""
     size = None if image_size is None else interchange.size_from_text(image_size)
-    options = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model)
-    found = interchange.read_file(
-        files.read_bytes(file, files.MAX_JSON_BYTES), file.name, camera_id
-    )
+    options = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model, entry)
+    found = interchange.read_file(files.read_bytes(file, MAX_FILE_BYTES), options)
     if interchange.is_lens(found):
         files.write_lens(output, interchange.lens_record_from_file(found, options))
         print(f"Lens saved as {output}. Use it with calibrate --lens to fit the camera pose.")

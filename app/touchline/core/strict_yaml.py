@@ -4,7 +4,7 @@ An alias of an alias of an alias makes gigabytes of a few lines, and a deep nest
 are counted on the stream of events, before anything is built.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any
 
 import yaml
@@ -38,13 +38,20 @@ class _Text(_OnceEach, yaml.CBaseLoader):
     """Every value as it is written: YAML 1.1 takes 1:30 for 90, 010 for 8 and 1e-5 for a word."""
 
 
-def plain_from_yaml(
-    raw: bytes, what: str, *, as_text: bool = False, tags: Collection[str] = ()
-) -> Any:
-    """The data in a YAML text. what: how an error calls it, such as "The file table.yaml".
+def plain_from_yaml(raw: bytes, what: str) -> Any:
+    """The data in a YAML text. what: how an error calls it, such as "The file table.yaml"."""
+    return _loaded(raw, what, (), lambda text: yaml.load(text, _Typed))
 
-    as_text: every scalar as the text it is. tags: those that are let pass, and mean nothing.
+
+def texts_from_yaml(raw: bytes, what: str, tags: Collection[str] = ()) -> list[Any]:
+    """The data of every document of a YAML text, every scalar as the text it is.
+
+    tags: those that are let pass, and mean nothing.
     """
+    return _loaded(raw, what, tags, lambda text: [*yaml.load_all(text, _Text)])
+
+
+def _loaded(raw: bytes, what: str, tags: Collection[str], load: Callable[[str], Any]) -> Any:
     if len(raw) > MAX_BYTES:
         raise _refuse(
             f"{what} has {len(raw)} bytes; the limit is {MAX_BYTES}.", "Send a shorter one."
@@ -52,7 +59,7 @@ def plain_from_yaml(
     try:
         text = raw.decode("utf-8-sig")
         _check_events(text, what, tags)
-        return yaml.load(text, _Text if as_text else _Typed)
+        return load(text)
     except BadInput:
         raise
     # ValueError: dates that do not exist, numbers of too many digits; RecursionError: belt and braces.

@@ -1,5 +1,7 @@
 """/fields: those that come with Touchline, and the operator's own, which are made, changed and deleted here."""
 
+import json
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Body, Header, Request
@@ -13,10 +15,11 @@ from touchline.api.requests import CameraId, Id
 from touchline.api.responses import Json, accepted, attachment, packed, versioned
 from touchline.api.schemas import EXPORTED, page_of, response, upload
 from touchline.core.errors import BadInput, Conflict
-from touchline.core.field import Field
-from touchline.core.field_json import MAX_SIDE_MM, MIN_SIDE_MM, field_from_json
+from touchline.core.field import Field, FieldJson
+from touchline.core.field_json import MAX_SIDE_MM, MIN_SIDE_MM, field_from_json, refuse
 from touchline.core.jobs import Progress
-from touchline.core.statements import say
+from touchline.core.records import Calibration
+from touchline.core.statements import named, say, stated
 from touchline.fields.measuring import (
     MAX_DISTANCES,
     TAPE_SIGMA_MM,
@@ -27,24 +30,30 @@ from touchline.fields.measuring import (
 )
 from touchline.fields.proposal import ProposedFieldJson, proposed_field
 from touchline.fields.seen_markings import SeenField, seen_field
-from touchline.fields.service import (
-    PlayingField,
-    field_json,
-    outdated_calibrations,
-    parsed_field,
-    write_field,
-)
+from touchline.formats import ssl_vision
+from touchline.formats.numbers import format_error
+from touchline.formats.ssl_field import field_from_wire, field_to_wire
 from touchline.services.container import Services
 from touchline.services.fields import delete_field, save_field, simulated
 from touchline.services.forms import Strict
+from touchline.ssl_protocol.protobuf import decode, encode
+from touchline.ssl_protocol.ssl_vision_pb2 import SSL_GeometryData, SSL_Source, SSL_WrapperPacket
 from touchline.store.fields import field_etag
 from touchline.workflows.calibration_request import run_refit
 
 router = APIRouter(prefix="/fields", tags=["fields"])
 
+
+class PlayingField(FieldJson):
+    """A field as the API shows it. own: whether an operator made it, and may change it."""
+
+    own: bool
+
+
 PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingField), revision=str)
 
 MAX_FILE_BYTES = 1 << 20
+FIX = "Use a field exported as JSON, or a geometry packet of the league."
 Side = Annotated[float, Value(ge=MIN_SIDE_MM, le=MAX_SIDE_MM)]
 OnlyNew = Annotated[
     str | None,
@@ -257,3 +266,53 @@ def refit_field(services: ServicesDep, caller: CallerDep, name: Id, body: Refit)
 
 def _shown(services: Services, field: Field) -> Json:
     return versioned(field_json(services, field), field_etag(field))
+
+
+def write_field(field: Field, format: str) -> tuple[bytes, str, str]:
+    """Return (bytes, media type, suffix) in the format "json" or "ssl-vision"; that has whole mm and no landmarks."""
+    if format == "json":
+        text = json.dumps(field.to_json(), indent=1, allow_nan=False, ensure_ascii=False)
+        return text.encode(), "application/json", ".json"
+    packet = SSL_WrapperPacket(
+        geometry=SSL_GeometryData(field=field_to_wire(field)), source=SSL_Source.OTHER
+    )
+    return encode(packet), ssl_vision.FORMAT.media_type, ssl_vision.FORMAT.suffix
+
+
+def parsed_field(data: bytes, known: Iterable[Field] = ()) -> Field:
+    """Return the field that write_field wrote, or any geometry packet; BadInput for anything else.
+
+    known: a packet with just their lines is one of these, with its landmarks and regions.
+    """
+    if ssl_vision.recognises(data):
+        packet = decode(SSL_WrapperPacket, data)
+        if not packet.HasField("geometry"):
+            raise format_error("The packet contains no field.", FIX)
+        return field_from_wire(packet.geometry.field, known)
+    try:
+        value = json.loads(data)
+    except (ValueError, RecursionError):
+        raise refuse("The file is not a field.", FIX) from None
+    return field_from_json(value)
+
+
+def field_json(services: Services, field: Field) -> PlayingField:
+    own = services.fields.is_own(field.name)
+    is_shipped = (
+        not own
+        and field.name in services.fields
+        and field.title == services.fields[field.name].title
+    )
+    title = named(f"field.{field.name}", field.title) if is_shipped else field.title
+    shown: PlayingField = {**field.to_json(), "title": title, "own": own}
+    return stated(shown)
+
+
+def outdated_calibrations(services: Services, field: Field) -> list[Calibration]:
+    """List the active calibrations that the field's changes have made wrong."""
+    now = field.to_json()
+    return [
+        calibration
+        for calibration in services.cameras.active_calibrations()
+        if calibration.field["name"] == field.name and calibration.field_changes(now)
+    ]

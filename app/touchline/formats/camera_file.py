@@ -1,5 +1,7 @@
 """A camera read from a file, checked, and in OpenCV's numbers, which ROS, mrcal, Kalibr and PhotonVision follow."""
 
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -7,9 +9,29 @@ import numpy as np
 
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field
-from touchline.core.geometry import MAX_SIDE_PX, MIN_SIDE_PX, Array, ImageSize
-from touchline.formats.approximation import CameraPose, Metadata, checked_pose
-from touchline.formats.numbers import format_error, integer, matrix, number
+from touchline.core.geometry import Array, ImageSize
+from touchline.core.json_values import JsonObject
+from touchline.core.statements import say
+from touchline.formats.approximation import (
+    CameraPose,
+    Metadata,
+    checked_pose,
+    metadata_from_comment,
+    metadata_from_json,
+)
+from touchline.formats.document import Document, parse
+from touchline.formats.numbers import format_error, number, numbers
+from touchline.formats.stated_camera import (
+    MATRIX,
+    PROGRAMS,
+    Names,
+    StatedCamera,
+    flat_numbers,
+    is_matrix,
+    plain,
+    program_of,
+    stated_camera,
+)
 from touchline.models.intrinsics import Intrinsics
 from touchline.models.lenses.brown_conrady import TERMS
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
@@ -20,7 +42,14 @@ LENSES = {"brown-conrady": TERMS}
 LENSES_WITH_FISHEYE = {**LENSES, "fisheye": FISHEYE_TERMS}
 
 MAX_FOCAL_PX = 1e6
+MM_PER_M = 1000.0  # of mrcal's lengths
+MAX_LEVELS = 4  # down to a camera
+MAX_CAMERAS = 64
 NO_METADATA = Metadata()
+BORDER = np.linspace(0, 1, 17)  # places along a side of the image where its lens is tried
+# of a stereo pair in one mapping: M1 and D1, cameraMatrixLeft, cam_0_matrix
+AFTER = re.compile(r"(.+?)([0-9]|left|right|l|r)")
+BEFORE = re.compile(r"(left|right|cam(?:era)?[0-9])(.+)")
 
 
 def intrinsics_of(camera: RayCamera) -> tuple[float, float, float, float]:
@@ -32,16 +61,6 @@ def matrix_of(camera: RayCamera) -> tuple[float, ...]:
     """Return the camera matrix, row by row."""
     fx, fy, cx, cy = intrinsics_of(camera)
     return fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0
-
-
-def read_intrinsics(value: Any, at: str) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return focal lengths and centre, px, of a camera matrix {rows, cols, data} without skew."""
-    fx, skew, cx, zero, fy, cy, *last = matrix(value, at, 3, 3)
-    if abs(skew) > 1e-9 * abs(fx) or zero != 0 or last != [0, 0, 1]:
-        raise format_error(
-            f"{at} is not a camera matrix without skew.", "Use [fx, 0, cx, 0, fy, cy, 0, 0, 1]."
-        )
-    return (fx, fy), (cx, cy)
 
 
 def translation_of(camera: RayCamera) -> Array:
@@ -85,11 +104,11 @@ def lens_from_terms(
 class CameraFile:
     """One camera of a file.
 
-    format: the reader's NAME. model: a name in MODELS, whose lens has these terms. image_size: None where the file does
-    not tell. pose: only with a known field, which metadata or field names.
+    program: a name in PROGRAMS or FORMATS. model: a name in MODELS, whose lens has these terms. image_size: None where
+    the file does not tell. pose: only with a known field, which metadata or field names.
     """
 
-    format: str
+    program: str
     model: str
     terms: tuple[float, ...]
     focal_px: tuple[float, float]
@@ -190,8 +209,190 @@ class CameraFile:
         return camera
 
 
-def checked_size(width: Any, height: Any) -> ImageSize:
-    return ImageSize(
-        integer(width, "The image width", MIN_SIDE_PX, MAX_SIDE_PX),
-        integer(height, "The image height", MIN_SIDE_PX, MAX_SIDE_PX),
+def read(data: bytes, entry: str | None = None, lens: str | None = None) -> CameraFile:
+    """Read a camera of another program's file. entry: which, of several; lens: its model where the file states none.
+
+    Refused with what the file is: unknown-file, several-cameras with their names as "entries", no-such-camera,
+    unstated-lens, or what is wrong in it.
+    """
+    document = parse(data)
+    cameras = cameras_in(document)
+    if not cameras:
+        raise BadInput(
+            say(
+                "import.no-camera",
+                "The file ({syntax}) contains no camera.",
+                syntax=document.syntax,
+            ),
+            say(
+                "import.no-camera.fix",
+                "Use a file with camera_matrix and distortion_coefficients, or of a program that the manual lists.",
+            ),
+            reason="unknown-file",
+        )
+    if entry is None and len(cameras) > 1:
+        program = PROGRAMS[next(iter(cameras.values()))[0]][0]
+        raise Conflict(
+            say(
+                "import.several-cameras",
+                "The file ({program}) contains {count} cameras: {names}.",
+                program=program,
+                count=len(cameras),
+                names=", ".join(cameras),
+            ),
+            say("import.several-cameras.fix", "Choose one of them: entry."),
+            reason="several-cameras",
+            entries=[*cameras],
+        )
+    if entry is not None and entry not in cameras:
+        raise Conflict(
+            f"The file contains no camera called {entry[:64]!r}.",
+            f"Use one of: {', '.join(cameras)}." if "" not in cameras else "Omit entry.",
+            reason="no-such-camera",
+        )
+    name = next(iter(cameras)) if entry is None else entry
+    program, value = cameras[name]
+    stated = stated_camera(value, program, f"{name}." if name else "", lens)
+    if stated.lens is None:
+        raise BadInput(
+            say(
+                "import.unstated-lens",
+                "The file does not state its lens: four coefficients are k1, k2, p1, p2 of an ordinary lens, or k1 to "
+                "k4 of a fisheye.",
+            ),
+            say("import.unstated-lens.fix", "Choose the lens: model, as brown-conrady or fisheye."),
+            reason="unstated-lens",
+        )
+    return _camera_file(stated, stated.lens, value, data)
+
+
+def _camera_file(stated: StatedCamera, lens: str, value: JsonObject, data: bytes) -> CameraFile:
+    metadata = (
+        metadata_from_json(value["touchline"])
+        if "touchline" in value
+        else metadata_from_comment(data)
     )
+    pose, notes = metadata.field_pose, list(stated.notes)
+    rt = stated.extrinsics
+    if metadata.field is not None and rt is not None:
+        pose = pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M)
+    elif metadata.field is not None and "rotation_vector" in value:
+        rotation, translation = (
+            numbers(flat_numbers(value.get(name), name), name, (3,))
+            for name in ("rotation_vector", "translation_vector")
+        )
+        pose = pose_from_field(rotation, np.array(translation))
+    elif rt is not None and any(rt):
+        notes.append("The extrinsics do not refer to a field and were ignored.")
+    model, terms = lens_from_terms(stated.terms, "The lens", lens == "fisheye")
+    found = CameraFile(
+        stated.program,
+        model,
+        terms,
+        stated.focal_px,
+        stated.centre_px,
+        stated.size,
+        metadata,
+        pose,
+    )
+    return replace(found, notes=(*notes, *_doubts(found)))
+
+
+def _doubts(found: CameraFile) -> Iterator[str]:
+    """Yield what speaks against the numbers, though they can be used."""
+    if found.image_size is None:
+        return
+    (width, height), (cx, cy) = found.image_size, found.centre_px
+    if not (0 <= cx <= width and 0 <= cy <= height):
+        yield f"The principal point ({cx:.0f}, {cy:.0f}) is outside the image: check the image size."
+        return
+    ends = np.array([0, 1])
+    along, across = np.meshgrid(BORDER, ends), np.meshgrid(ends, BORDER)
+    border = np.concatenate([np.stack(each, -1).reshape(-1, 2) for each in (along, across)])
+    plane = (border * (width, height) - found.centre_px) / found.focal_px
+    rays = lens_model(found.model).LENS.undistort(np.array(found.terms), plane)
+    lost = np.mean(~np.isfinite(rays).all(axis=-1))
+    if lost:
+        yield f"The lens ends inside the image: {lost:.0%} of the image's edge has no line of sight."
+
+
+def cameras_in(document: Document) -> dict[str, tuple[str, JsonObject]]:
+    """Return the cameras of a file by name, "" for a file that is one: the program, and the mapping of its numbers."""
+    found: dict[str, tuple[str, JsonObject]] = {}
+    for content in document.contents:
+        for name, program, value in _cameras(content, document.syntax, "", 0):
+            alike = {key: part for key, part in value.items() if key != "header"}
+            if any(
+                alike == {k: v for k, v in known.items() if k != "header"}
+                for _, known in found.values()
+            ):
+                continue  # a topic's messages are the same again and again
+            if len(found) < MAX_CAMERAS:
+                found[name if name not in found else f"{name or 'camera'} ({len(found) + 1})"] = (
+                    program,
+                    value,
+                )
+    return found
+
+
+def _cameras(
+    value: Any, syntax: str, name: str, level: int
+) -> Iterator[tuple[str, str, JsonObject]]:
+    if level > MAX_LEVELS or not isinstance(value, (dict, list)):
+        return
+    if isinstance(value, list):
+        for i, part in enumerate(value[:MAX_CAMERAS]):
+            if isinstance(part, dict):
+                yield from _cameras(part, syntax, f"{name}[{i}]", level + 1)
+        return
+    value = _with_dots_as_levels(value)
+    program = program_of(value, syntax)
+    if program is not None:
+        yield name, program, value
+        return
+    pairs = _by_affix(value)
+    for affix, part in pairs.items():
+        yield affix, "opencv", part
+    for key, part in value.items() if not pairs else ():
+        yield from _cameras(part, syntax, _below(name, str(key)), level + 1)
+
+
+def _below(name: str, key: str) -> str:
+    """Return a name a level down; what every such file has between is left out."""
+    if key in ("ros__parameters", "opencv_storage"):
+        return name
+    return f"{name}.{key}" if name else key[:64]
+
+
+def _with_dots_as_levels(value: Mapping[str, Any]) -> JsonObject:
+    """Return ORB-SLAM's Camera.fx as {"Camera": {"fx": …}}; what its first camera says holds for Camera1 as well."""
+    nested: JsonObject = {}
+    for key, part in value.items():
+        head, dot, tail = str(key).partition(".")
+        if dot and head.startswith("Camera"):
+            nested.setdefault(head, {"orb_slam": "1"})[tail] = part
+    if not nested:
+        return dict(value)
+    common = nested.pop("Camera", {}) if len(nested) > 1 else {}
+    return {name: common | part for name, part in nested.items()}
+
+
+def _by_affix(value: Mapping[str, Any]) -> dict[str, JsonObject]:
+    """Return the cameras of one mapping whose names differ by what stands before or after: M1 and D1, M2 and D2."""
+    groups: dict[str, JsonObject] = {}
+    shared: JsonObject = {}
+    for key, part in value.items():
+        name = plain(key)
+        if (found := AFTER.fullmatch(name)) is not None:
+            base, affix = found.groups()
+        elif (found := BEFORE.fullmatch(name)) is not None:
+            affix, base = found.groups()
+        else:
+            shared[key] = part
+            continue
+        groups.setdefault(affix, {})[base] = part
+    return {
+        affix: shared | part
+        for affix, part in groups.items()
+        if any(is_matrix(found) for _, found in Names(part).find(MATRIX))
+    }

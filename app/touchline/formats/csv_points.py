@@ -45,7 +45,9 @@ def read(data: bytes) -> Observations:
             f"The file has {len(data)} bytes. The limit is {MAX_BYTES}.", "Use a shorter file."
         )
     try:
-        rows = csv.reader(data.decode("utf-8-sig").splitlines())
+        lines = data.decode("utf-8-sig").splitlines()
+        tabs = "\t" in "".join(lines[:1])  # as spreadsheets copy
+        rows = csv.reader(lines, delimiter="\t" if tabs else ",")
         header = [name.strip() for name in next(rows, [])]
         if len(header) == 1 and ";" in header[0]:
             raise format_error(

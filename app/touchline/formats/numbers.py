@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from touchline.core.errors import BadInput
-from touchline.core.geometry import MAX_COORDINATE
+from touchline.core.geometry import MAX_COORDINATE, MAX_SIDE_PX, MIN_SIDE_PX, ImageSize
 
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
@@ -86,21 +86,6 @@ def require(value: Any, key: str, at: str) -> Any:
     return value[key]
 
 
-def vector(value: Any, at: str, counts: tuple[int, ...]) -> tuple[float, ...]:
-    """Return the numbers of {rows, cols, data}, a row or a column."""
-    rows, columns = (
-        integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols")
-    )
-    if min(rows, columns) != 1:
-        raise format_error(f"{at} is {rows} × {columns}.", "Use one row or one column.")
-    found = numbers(require(value, "data", at), f"{at}.data", counts)
-    if len(found) != rows * columns:
-        raise format_error(
-            f"{at} has {len(found)} numbers for {rows} × {columns}.", "Correct the file."
-        )
-    return found
-
-
 def matrix(value: Any, at: str, rows: int, columns: int) -> tuple[float, ...]:
     """Return the numbers of {rows, cols, data}, row by row, after checking the shape."""
     shape = tuple(
@@ -111,6 +96,13 @@ def matrix(value: Any, at: str, rows: int, columns: int) -> tuple[float, ...]:
             f"{at} is {shape[0]} × {shape[1]}.", f"Use a matrix of {rows} × {columns}."
         )
     return numbers(require(value, "data", at), f"{at}.data", (rows * columns,))
+
+
+def checked_size(width: Any, height: Any) -> ImageSize:
+    return ImageSize(
+        integer(width, "The image width", MIN_SIDE_PX, MAX_SIDE_PX),
+        integer(height, "The image height", MIN_SIDE_PX, MAX_SIDE_PX),
+    )
 
 
 def format_error(what: str, fix: str) -> BadInput:

@@ -7,15 +7,11 @@ pose: ours stands in a comment, in the field's mm.
 import re
 
 from touchline.core.records import Calibration
-from touchline.core.strict_yaml import plain_from_yaml
 from touchline.formats import Format, camera_file
-from touchline.formats.approximation import ExportCamera, header, metadata_from_comment
-from touchline.formats.camera_file import CameraFile, checked_size
-from touchline.formats.numbers import format_error, format_list, integer, numbers, require
+from touchline.formats.approximation import ExportCamera, header
+from touchline.formats.numbers import format_list
 
 BY_COUNT = {5: "plumb_bob", 8: "rational_polynomial"}
-KEY = re.compile(rb"^(?:distortion_model|projection_matrix|camera_name) {0,9}:", re.MULTILINE)
-COUNTS = {"plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,), "fisheye": (4,)}
 
 
 def write(calibration: Calibration, export: ExportCamera) -> bytes:
@@ -36,34 +32,6 @@ def write(calibration: Calibration, export: ExportCamera) -> bytes:
     return (header(calibration, export, pose=True) + "\n".join(lines) + "\n").encode()
 
 
-def read(data: bytes) -> CameraFile:
-    value = plain_from_yaml(data, "The file", as_text=True)
-    focal, centre = camera_file.read_intrinsics(
-        require(value, "camera_matrix", "The file"), "camera_matrix"
-    )
-    model = value.get("distortion_model", "plumb_bob")
-    if not isinstance(model, str) or model not in COUNTS:
-        raise format_error(
-            f"distortion_model is {str(model)[:40]!r}.", f"Use one of: {', '.join(COUNTS)}."
-        )
-    at = "distortion_coefficients"
-    given = require(value, at, "The file")
-    terms = numbers(require(given, "data", at), f"{at}.data", COUNTS[model])
-    rows, columns = (
-        integer(require(given, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols")
-    )
-    if rows * columns != len(terms):
-        raise format_error(
-            f"{at} has {len(terms)} numbers for {rows} × {columns}.", "Correct the file."
-        )
-    size = checked_size(
-        require(value, "image_width", "The file"), require(value, "image_height", "The file")
-    )
-    metadata = metadata_from_comment(data)
-    lens = camera_file.lens_from_terms(terms, at, COUNTS[model] == (4,))
-    return CameraFile("ros", *lens, focal, centre, size, metadata, metadata.field_pose)
-
-
 def _matrix(name: str, rows: int, data: tuple[float, ...]) -> str:
     return f"{name}:\n  rows: {rows}\n  cols: {len(data) // rows}\n  data: {format_list(data)}"
 
@@ -74,7 +42,6 @@ FORMAT = Format(
     ".yaml",
     "Brown–Conrady (plumb_bob, rational_polynomial) and fisheye (equidistant); no pose.",
     write,
-    read,
-    recognises=lambda data: KEY.search(data[:65536]) is not None,
+    camera_file.read,
     lenses=camera_file.LENSES_WITH_FISHEYE,
 )

@@ -14,8 +14,8 @@ from touchline.core.geometry import Array
 from touchline.core.records import Calibration
 from touchline.formats import Format
 from touchline.formats.approximation import ExportCamera, checked_pose
-from touchline.formats.camera_file import CameraFile, checked_size, translation_of
-from touchline.formats.numbers import format_error
+from touchline.formats.camera_file import CameraFile, translation_of
+from touchline.formats.numbers import checked_size, format_error
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
 from touchline.models import Restored
 from touchline.models.ray_camera import RayCamera
@@ -146,6 +146,7 @@ def read(data: bytes, camera_id: int | None = None) -> CameraFile:
             f"The packet contains the cameras {', '.join(map(str, ids))}.",
             "Enter one: camera_id.",
             reason="several-cameras",
+            entries=[*map(str, ids)],
         )
     if camera_id is not None and camera_id not in ids:
         raise Conflict(

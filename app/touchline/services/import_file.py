@@ -28,9 +28,8 @@ from touchline.services.forms import (
 from touchline.workflows import interchange
 
 FIX = "Use a file that Touchline exported as json."
-MAX_IMPORT_BYTES = 4 << 20
 # given beside the file
-OPTIONS = ("camera", "field", "region", "rotate", "image_size", "camera_id", "model")
+OPTIONS = ("camera", "field", "region", "rotate", "image_size", "camera_id", "model", "entry")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
@@ -70,7 +69,7 @@ def import_file(
     origin: where the file is from, in a sentence, for the note of a calibration of another format.
     """
     store, options = services.store, _import_options(texts)
-    content = interchange.read_file(data, texts["file"], options.camera_id)
+    content = interchange.read_file(data, options)
     if isinstance(content, Calibration):
         given = [name for name in OPTIONS if name != "camera" and texts[name]]
         if given:

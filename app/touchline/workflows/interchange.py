@@ -19,15 +19,15 @@ from touchline.core.geometry import ImageSize, inside_picture
 from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import IMPORTED
 from touchline.core.records import Calibration, Fit, Observations, Warning
-from touchline.core.sentences import use_one_of
 from touchline.core.statements import named, say, stated
 from touchline.evaluate.approximation import ApproximationError, approximation_error
 from touchline.evaluate.report import report
 from touchline.fitting.contract import corrected_rectangle
-from touchline.formats import FORMATS
+from touchline.formats import FORMATS, camera_file
 from touchline.formats.approximation import exact_camera, export_camera
-from touchline.formats.camera_file import CameraFile
+from touchline.formats.camera_file import LENSES_WITH_FISHEYE, CameraFile
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
+from touchline.formats.stated_camera import PROGRAMS
 from touchline.installation import __version__
 from touchline.models import model_of, parameters_json
 from touchline.models.contract import RECTANGLE_FIELDS
@@ -61,7 +61,10 @@ class ImportOptions:
     image_size: ImageSize | None = None
     camera: str | None = None
     camera_id: int | None = None  # of a packet with several
-    model: str | None = None  # to fit to a table of points
+    model: str | None = (
+        None  # to fit to a table of points, or of a lens that the file does not state
+    )
+    entry: str | None = None  # the camera of a file with several
 
 
 def export(
@@ -125,37 +128,26 @@ def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
 
 
 def read_file(
-    data: bytes, name: str = "", camera_id: int | None = None
+    data: bytes, options: ImportOptions = ImportOptions()
 ) -> Calibration | CameraFile | Observations:
-    """Read a file. The reader is chosen by content, and by name where several recognise the content."""
-    readers = {
-        n: (kind.suffix, kind.recognises, kind.read)
-        for n, kind in FORMATS.items()
-        if kind.recognises is not None and kind.read is not None
-    }
-    found = [n for n, (_, recognises, _) in readers.items() if recognises(data)]
-    named = [
-        n
-        for n, (suffix, _, _) in readers.items()
-        if name.lower().endswith(suffix) and (not found or n in found)
-    ]
-    chosen = max(named, key=lambda n: len(readers[n][0]), default=found[0] if found else None)
-    if chosen is None:
-        if data[:4] == b"PK\x03\x04":
-            raise BadInput(
-                say(
-                    "import.remap-table", "A remap table contains no model and cannot be imported."
-                ),
-                say("import.as-json", "Import the calibration as json."),
-                reason="unknown-file",
-            )
+    """Read a file. Its bytes alone say what it is; the caller states what they do not."""
+    for name, kind in FORMATS.items():
+        if kind.read is not None and kind.recognises is not None and kind.recognises(data):
+            return kind.read(data, _number(options)) if name == "ssl-vision" else kind.read(data)
+    if data[:4] == b"PK\x03\x04":
         raise BadInput(
-            say("import.unknown-format", "The file format is not supported."),
-            use_one_of(readers),
+            say("import.remap-table", "A remap table contains no model and cannot be imported."),
+            say("import.as-json", "Import the calibration as json."),
             reason="unknown-file",
         )
-    read = readers[chosen][2]
-    return read(data, camera_id) if chosen == "ssl-vision" else read(data)
+    lens = options.model if options.model in LENSES_WITH_FISHEYE else None
+    return camera_file.read(data, options.entry, lens)
+
+
+def _number(options: ImportOptions) -> int | None:
+    """Return the number of a packet's camera, which a caller may also send as an entry."""
+    entry = options.entry or ""
+    return int(entry[:10]) if entry.isdecimal() else options.camera_id
 
 
 def calibration_from_file(
@@ -197,6 +189,11 @@ def calibration_from_file(
     return request.record(request.run())
 
 
+def _program(found: CameraFile) -> str:
+    known = PROGRAMS.get(found.program)
+    return FORMATS[found.program].title if known is None else known[0]
+
+
 def is_lens(found: object) -> TypeGuard[CameraFile]:
     """Whether a file holds a lens without a pose."""
     return isinstance(found, CameraFile) and found.pose is None
@@ -206,7 +203,7 @@ def lens_record_from_file(found: CameraFile, options: ImportOptions) -> dict[str
     """Return a lens record like one from a board; its error is not known."""
     lens = found.at_size(options.image_size)
     known = lens.lens()
-    note = " ".join([f"Imported from {FORMATS[found.format].title}.", *lens.notes])
+    note = " ".join([f"Imported from {_program(found)}.", *lens.notes])
     return {
         "camera": options.camera or found.metadata.camera,
         "note": note,
@@ -234,7 +231,7 @@ def _of_camera(
     view = _view(found, region)
     camera = found.camera(view)
     judged = report(Fit(camera, (), (), (_UNKNOWN,)), (), field, region, None)
-    note = " ".join([f"Imported from {FORMATS[found.format].title}.", *found.notes])
+    note = " ".join([f"Imported from {_program(found)}.", *found.notes])
     return Calibration(
         id="imported",
         version=1,

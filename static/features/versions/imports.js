@@ -1,26 +1,23 @@
 // Imports calibrations from files, ours or of other programs; the operator adds what a file does not hold.
 import { signal } from "@preact/signals";
-import { request } from "../../core/api.js";
+import { Problem, request, toRefusal } from "../../core/api.js";
 import { busy, cameras, notify } from "../../core/state.js";
 import { t } from "../../core/words.js";
 
 /** What is said beside a file; empty says nothing. */
 export const importOptions = signal({ camera: "", field: "", region: "", image_size: "" });
 /**
- * What became of the last file.
- * @type {import("@preact/signals").Signal<{ name: string, kept: Kept | null, why: import("../../core/types").Refusal |
- * null } | null>}
+ * What became of the last file; choices: the answers to what it does not say, each of which reads it again.
+ * @typedef {{ label: string, stated: Record<string, string> }} Choice
+ * @typedef {{ name: string, kept: Kept | null, why: import("../../core/types").Refusal | null, choices: Choice[],
+ * choose: (choice: Choice) => void }} Outcome
  */
-export const imported = signal(
-  /** @type {{ name: string, kept: Kept | null, why: import("../../core/types").Refusal | null } | null} */ (
-    null
-  ),
-);
+export const imported = signal(/** @type {Outcome | null} */ (null));
 
 /** @typedef {{ id: string, version: number | null, camera: string | null, note: string, isLens: boolean }} Kept */
 
 const ABOUT = "import";
-const SUFFIXES = ["json", "yml", "yaml", "csv", "cameramodel", "pb"];
+const SUFFIXES = ["json", "yml", "yaml", "csv", "cameramodel", "pb", "xml", "toml", "ini", "txt"];
 export const ACCEPTED = SUFFIXES.map((suffix) => `.${suffix}`).join(",");
 
 /**
@@ -31,20 +28,43 @@ export const isCalibrationFile = (file) =>
   !file.type.startsWith("image/") &&
   SUFFIXES.includes((file.name ?? "").toLowerCase().split(".").at(-1) ?? "");
 
-/** Keep what a file holds, as a new version or a lens. @param {Blob & { name?: string }} file */
-export async function importFile(file) {
+/** By the refusal's reason. @param {import("../../core/types").Refusal} why @returns {Choice[]} */
+function choicesOf({ reason, entries = [] }) {
+  if (reason === "several-cameras")
+    return entries.map((entry) => ({ label: entry, stated: { entry } }));
+  if (reason !== "unstated-lens") return [];
+  return [
+    { label: t("versions.import.ordinary-lens"), stated: { model: "brown-conrady" } },
+    { label: t("versions.import.fisheye"), stated: { model: "fisheye" } },
+  ];
+}
+
+/**
+ * Keep what a file holds, as a new version or a lens.
+ * @param {Blob & { name?: string }} file @param {Record<string, string>} [stated] what was chosen for this file alone
+ */
+export async function importFile(file, stated = {}) {
   if (busy.value) return;
   const name = file.name || t("versions.import.the-file"),
     body = new FormData();
   body.append("file", file, name);
-  for (const [what, text] of Object.entries(importOptions.value)) if (text) body.append(what, text);
+  for (const [what, text] of Object.entries({ ...importOptions.value, ...stated }))
+    if (text) body.append(what, text);
   busy.value = t("versions.import.reading", { file: name });
   imported.value = null;
+  const outcome = {
+    name,
+    kept: null,
+    why: null,
+    choices: [],
+    choose: (/** @type {Choice} */ choice) =>
+      void importFile(file, { ...stated, ...choice.stated }),
+  };
   try {
     const answer = await request("POST", "/calibrations/import", { body });
     const record = await answer.json(),
       isLens = (answer.headers.get("Location") ?? "").includes("/lenses/");
-    imported.value = { name, kept: { ...record, isLens }, why: null };
+    imported.value = { ...outcome, kept: { ...record, isLens } };
     notify({
       level: "info",
       text: importMessage({ ...record, isLens }),
@@ -54,9 +74,11 @@ export async function importFile(file) {
   } catch (error) {
     const { message, fix = t("versions.import.failed.fix") } =
       /** @type {Error & { fix?: string }} */ (error);
-    imported.value = { name, kept: null, why: { detail: `${name}: ${message}`, fix } };
+    const text = `${name}: ${message}`,
+      choices = error instanceof Problem ? choicesOf(toRefusal(error)) : [];
+    imported.value = { ...outcome, why: { detail: text, fix }, choices };
     // the file may have been dropped far from the button
-    notify({ level: "warn", text: `${name}: ${message}`, fix, about: ABOUT });
+    notify({ level: "warn", text, fix, about: ABOUT });
   } finally {
     busy.value = "";
   }

@@ -57,10 +57,10 @@ def test_it_is_written_as_it_was(format, name, index):
 @pytest.mark.parametrize("format, name, index", CASES)
 def test_it_is_read_as_it_was(format, name, index):
     file = path(format, name, index)
-    read = interchange.read_file(file.read_bytes(), file.name)
+    read = interchange.read_file(file.read_bytes())
     model = model_of(name, index)
     if format in LENS_FORMATS:
-        assert read.format == format
+        assert read.program == format
         camera = read.camera({key: getattr(model, key) for key in RECTANGLE_FIELDS})
         places = seen_places(model, 150.0)
         np.testing.assert_allclose(

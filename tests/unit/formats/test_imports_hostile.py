@@ -71,7 +71,7 @@ def harmless(read, data: bytes) -> None:
 
 def all_of_it(data: bytes) -> None:
     """The way of an import, to its end."""
-    found = interchange.read_file(data, "a.yaml")
+    found = interchange.read_file(data)
     if interchange.is_lens(found):
         interchange.lens_record_from_file(found, interchange.ImportOptions())
     elif hasattr(found, "at_size"):
@@ -119,7 +119,6 @@ def test_anything_at_all_is_read_or_refused(format, examples):
         | st.text(max_size=200).map(lambda t: t.encode("utf-8", "surrogatepass"))
     )
     def read_or_refused(data):
-        FORMATS[format].recognises(data)
         harmless(FORMATS[format].read, data)
 
     read_or_refused()
@@ -159,7 +158,6 @@ def test_anything_at_all_is_read_or_refused(format, examples):
     ids=lambda b: b[:12].hex(),
 )
 def test_a_bomb_does_not_go_off(format, bomb):
-    FORMATS[format].recognises(bomb)
     harmless(FORMATS[format].read, bomb)
     harmless(all_of_it, bomb)
     harmless(FORMATS[format].read, written(format) + bomb[:200_000])

@@ -143,9 +143,12 @@ def test_a_number_can_be_given_and_a_packet_with_several_wants_one():
     both.geometry.calib.append(changed(both.geometry.calib[0], camera_id=3, focal_length=500.0))
     with pytest.raises(Conflict, match="7, 3"):
         interchange.read_file(encode(both))
-    assert interchange.read_file(encode(both), camera_id=3).focal_px == (500.0, 500.0)
+    assert interchange.read_file(encode(both), interchange.ImportOptions(camera_id=3)).focal_px == (
+        500.0,
+        500.0,
+    )
     with pytest.raises(Conflict, match="no camera 4"):
-        interchange.read_file(encode(both), camera_id=4)
+        interchange.read_file(encode(both), interchange.ImportOptions(camera_id=4))
 
 
 @pytest.mark.parametrize("name", FIELDS)

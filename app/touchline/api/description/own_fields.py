@@ -32,6 +32,7 @@ ITEMS = {
 FORM_PARTS = {  # of multipart bodies, beside the file
     "camera": "id of the camera that took it; without it: none",
     "camera_id": "the camera's number in a file of several cameras",
+    "entry": "the camera of a file with several, by its name in the file",
     "field": "name of the field, where the file does not say it",
     "image_size": "WIDTHxHEIGHT of the camera's images, px, where the file does not say it",
     "model": "name of the camera model, where the file does not say it",

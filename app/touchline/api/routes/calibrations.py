@@ -42,12 +42,13 @@ from touchline.api.schemas import (
 )
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
+from touchline.formats.document import MAX_FILE_BYTES
 from touchline.services.answer_cache import CachedAnswer
 from touchline.services.claims import activate
 from touchline.services.container import Services
 from touchline.services.fit_processes import FEW_POINTS
 from touchline.services.forms import Name, Note, Strict
-from touchline.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
+from touchline.services.import_file import OPTIONS, import_file
 from touchline.services.result_savers import save_new_version
 from touchline.store.calibrations import NOTHING_ACTIVE, FoundVersion, version_etag
 from touchline.store.store import Store
@@ -233,7 +234,7 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
     A calibration as a new version, if the file has the camera's pose; else a lens, which fits can hold fixed, with its
     Location under /lenses. Texts beside the file say what it does not: field, region, rotate, image_size, camera, …
     """
-    data, texts = await uploaded_file(request, MAX_IMPORT_BYTES, OPTIONS)
+    data, texts = await uploaded_file(request, MAX_FILE_BYTES, OPTIONS)
     record, collection = await services.run_in_thread(import_file, services, data, texts, by)
     return created(record, f"{collection}/{record['id']}")
 

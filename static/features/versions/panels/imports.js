@@ -110,6 +110,21 @@ function Became() {
   if (it.why)
     return html`<div class="warning-line" role="alert" data-testid="import-refusal">
       <b>${it.why.detail}</b> ${it.why.fix}
+      ${
+        it.choices.length > 0 &&
+        html`<div class="line">
+        ${it.choices.map(
+          (choice) => html`<button
+          type="button"
+          key=${choice.label}
+          data-testid="import-choice"
+          onClick=${() => it.choose(choice)}
+        >
+          ${choice.label}
+        </button>`,
+        )}
+      </div>`
+      }
     </div>`;
   const { kept } = it;
   return (

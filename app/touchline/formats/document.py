@@ -1,0 +1,203 @@
+"""The content of a calibration file as plain data, whatever it is written in; its bytes alone say what that is.
+
+Mappings, lists, numbers and text. Nothing is evaluated, no reference is followed, and every syntax has limits of size
+and depth: any file may have been made to harm.
+"""
+
+import json
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+from xml.parsers import expat
+
+from touchline.core.errors import BadInput
+from touchline.core.json_values import JsonObject
+from touchline.core.strict_yaml import MAX_BYTES, MAX_DEPTH, texts_from_yaml
+from touchline.formats.numbers import format_error
+
+MAX_FILE_BYTES = 64 << 20  # with the pictures of its board
+PICTURE = re.compile(rb'"[^"\\]{4096,}"')  # a picture in base64 as a JSON string
+SOLVED = re.compile(rb""":\s{0,9}b(?:'[^'\n]*'|"[^"\n]*")""")  # what mrcal has solved, compressed
+PYTHON = re.compile(rb"""'[^'\n]*'|"[^"\n]*"|\#[^\n]*|[()]""")
+DIRECTIVE = re.compile(rb"^%YAML[^\n]*\n", re.MULTILINE)
+TAGS = frozenset(
+    f"tag:yaml.org,2002:{name}"
+    for name in ("opencv-matrix", "python/tuple", "float", "int", "str", "seq", "map")
+)
+COLMAP = re.compile(r"[0-9]+ [A-Z][A-Z_]+ [0-9]+ [0-9]+(?: [-+.0-9eE]+)+")
+TOML = re.compile(r"\[\[?[\w.\"'-]+\]\]?\s*$|[\w.-]+\s*=")
+JSON = re.compile(rb"\s*(?:\{|\[\s*[\[{\"])")
+OST = re.compile(r"#\s*oST version|\[image\]\s*$")
+SPACE = b" \t\r\n"
+
+
+@dataclass(frozen=True)
+class Document:
+    """syntax: "JSON", "XML", …, for people. content: each document of a YAML stream; else one."""
+
+    syntax: str
+    contents: tuple[Any, ...]
+
+
+def parse(data: bytes) -> Document:
+    """Return a file's content; BadInput where it is no text, or not well formed."""
+    data = _as_utf8(data)
+    if b"<VarXML" in data[:1024]:
+        raise BadInput(
+            "The file contains the settings of ssl-vision, which are not read.",
+            "Start ssl-vision, and import its cameras under System, Publishing.",
+            reason="unknown-file",
+        )
+    if data.lstrip(SPACE)[:1] == b"<":
+        return Document("XML", (_from_xml(_limited(data)),))
+    if JSON.match(data):
+        try:
+            return Document("JSON", (json.loads(_limited(PICTURE.sub(b'""', data))),))
+        except (ValueError, RecursionError) as error:
+            if b"'" not in data[:4096]:  # not Python's either
+                raise format_error(
+                    f"The file is not valid JSON: {str(error)[:99]}.", "Export the file again."
+                ) from None
+    data = _limited(SOLVED.sub(b": ''", data))
+    text = data.decode()
+    lines = [line for line in text.splitlines() if line.strip()]
+    line = next((line for line in lines if not line.startswith("#")), "")
+    if OST.match(lines[0] if lines else "") or OST.match(line):
+        return Document("oST", (_from_ost(text),))
+    if COLMAP.fullmatch(line.strip()):
+        return Document("COLMAP", (_from_colmap(lines),))
+    if TOML.match(line):
+        return Document("TOML", (_from_toml(text),))
+    if line.lstrip()[:1] == "{":  # Python's literals are YAML but for the brackets of tuples
+        data = PYTHON.sub(lambda found: {b"(": b"[", b")": b"]"}.get(found[0], found[0]), data)
+    plain = DIRECTIVE.sub(b"", data).replace(b"\t", b"    ")
+    return Document("YAML", tuple(texts_from_yaml(plain, "The file", TAGS)))
+
+
+def _as_utf8(data: bytes) -> bytes:
+    """Return the text in UTF-8 without a byte order mark, and with line ends of one character."""
+    try:
+        if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            data = data.decode("utf-16").encode()
+        data = data.removeprefix(b"\xef\xbb\xbf")
+        data.decode()
+    except UnicodeError:
+        raise format_error("The file is not text in UTF-8.", "Save it in UTF-8.") from None
+    return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+
+
+def _limited(data: bytes) -> bytes:
+    if len(data) > MAX_BYTES:
+        raise format_error(
+            f"The file has {len(data)} bytes besides pictures. The limit is {MAX_BYTES}.",
+            "Use a file with one calibration.",
+        )
+    return data
+
+
+def _from_toml(text: str) -> JsonObject:
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        raise format_error(
+            f"The file is not valid TOML: {str(error)[:99]}.", "Export the file again."
+        ) from None
+
+
+def _from_colmap(lines: list[str]) -> JsonObject:
+    """Return COLMAP's cameras.txt: CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS."""
+    cameras: JsonObject = {}
+    for line in lines:
+        if line.lstrip().startswith("#"):
+            continue
+        if not COLMAP.fullmatch(line.strip()):
+            raise format_error(
+                f"A line is not a camera of COLMAP: {line[:60]!r}.", "Export the file again."
+            )
+        name, model, width, height, *parameters = line.split()
+        cameras[name] = {
+            "colmap_model": model,
+            "width": width,
+            "height": height,
+            "parameters": parameters,
+        }
+    return cameras
+
+
+def _from_ost(text: str) -> JsonObject:
+    """Return ROS's oST: sections in brackets, in which a name stands above its numbers."""
+    camera: JsonObject = {}
+    name = title = ""
+    for line in (line.strip() for line in text.splitlines()):
+        if not line or line.startswith("#"):
+            continue
+        if line.startswith("["):
+            name = line.strip("[]")
+        elif line[0].isalpha():
+            title = line.replace(" ", "_")
+            camera[title] = []
+        elif title:
+            camera[title] += line.split()
+    for side in ("width", "height"):
+        if side in camera:
+            camera[f"image_{side}"] = camera.pop(side)[0] if camera[side] else None
+    return {name or "camera": camera}
+
+
+class _XmlReader:
+    """Elements as mappings; one with rows, cols and data, in which numbers are separated by spaces, as a matrix."""
+
+    def __init__(self) -> None:
+        self.root: tuple[str, Any] | None = None
+        self._open: list[tuple[str, JsonObject, list[str]]] = []
+
+    def start(self, name: str, _attributes: Mapping[str, str]) -> None:
+        if len(self._open) > MAX_DEPTH:
+            raise format_error(
+                f"The file has more than {MAX_DEPTH} levels.", "Use a file with one calibration."
+            )
+        self._open.append((name, {}, []))
+
+    def text(self, text: str) -> None:
+        if self._open:
+            self._open[-1][2].append(text)
+
+    def end(self, name: str) -> None:
+        _, children, texts = self._open.pop()
+        value: Any = children or "".join(texts).strip().strip('"')
+        if isinstance(children.get("data"), str):
+            children["data"] = children["data"].split()
+        if not self._open:
+            self.root = name, value
+        elif name in self._open[-1][1] and name != "_":
+            raise format_error(
+                f"The element {name[:40]!r} is used twice.", "Use a file with one calibration."
+            )
+        else:
+            self._open[-1][1][name] = value
+
+
+def _from_xml(data: bytes) -> JsonObject:
+    """Return an XML file's root by its name; a document type, and with it every entity, is refused."""
+    reader, parser = _XmlReader(), expat.ParserCreate("UTF-8")
+
+    def refuse(*_: Any) -> None:
+        raise format_error(
+            "The file has a document type or entities, which are not read.", "Remove them."
+        )
+
+    parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
+    parser.StartElementHandler, parser.EndElementHandler = reader.start, reader.end
+    parser.CharacterDataHandler = reader.text
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise format_error(
+            f"The file is not valid XML: {str(error)[:99]}.", "Export the file again."
+        ) from None
+    if reader.root is None:
+        raise BadInput("The file is empty.", "Send the whole file.", reason="bad-calibration")
+    name, value = reader.root
+    return {name: value}

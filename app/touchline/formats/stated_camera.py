@@ -1,0 +1,453 @@
+"""A camera's numbers in another program's mapping: what they are called, and the shapes that they are written in.
+
+One table of names serves all programs; what has a form of its own (mrcal, MATLAB, VINS, COLMAP) is brought into these
+names first. A name counts without case, dashes, points and underscores.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from touchline.core.geometry import ImageSize
+from touchline.core.json_values import JsonObject
+from touchline.formats.numbers import (
+    checked_size,
+    format_error,
+    integer,
+    matrix,
+    number,
+    numbers,
+)
+
+MATRIX = [
+    "cameramatrix",
+    "cameraintrinsics",
+    "k",
+    "mtx",
+    "m",
+    "camk",
+    "cammatrix",
+    "matrix",
+    "intrinsic",
+    "intrinsics",
+    "intrinsicmatrix",
+]
+TERMS = [
+    "distortioncoefficients",
+    "distcoeffs",
+    "distcoeff",
+    "distortioncoeffs",
+    "distortioncoefs",
+    "d",
+    "dist",
+    "distortions",
+    "distortion",
+    "camkc",
+    "kc",
+    "camdist",
+    "cameraextrinsics",  # so PhotonVision called them once
+]
+WIDTH = ["imagewidth", "width", "camerawidth", "imgwidth", "framewidth"]
+HEIGHT = ["imageheight", "height", "cameraheight", "imgheight", "frameheight"]
+SIZE = ["imagesize", "imgsize", "resolution", "size", "imagersize", "framesize", "imageresolution"]
+LENS = [
+    "distortionmodel",
+    "cameramodel",
+    "modeltype",
+    "lensmodel",
+    "lenstype",
+    "cameratype",
+    "distortiontype",
+    "projectionmodel",
+    "type",
+    "model",
+]
+IS_FISHEYE = ["fisheyemodel", "fisheye", "isfisheye"]
+BROWN_TERMS = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]  # in OpenCV's order
+FISHEYE_TERMS = ["k1", "k2", "k3", "k4"]
+BROWN_COUNTS = (0, 4, 5, 8, 12, 14)
+# what programs call the two lenses, and those that we have no lens for
+LENSES = {
+    "brown-conrady": re.compile(
+        r"(lensmodel)?opencv(4|5|8|12)?|plumbbob|radtan|radialtangential|rational(polynomial)?|"
+        r"brown(conrady)?|rectilinear|none|lensmodelpinhole|pinholefull"
+    ),
+    "fisheye": re.compile(r"equi(distant)?|(opencv)?fisheye|kannalabrandt(4|8)?|kb(4|8)?"),
+}
+OTHER_LENSES = re.compile(
+    r"(lensmodel)?(omni|mei|ds|doublesphere|eucm|ucm|fov|sphericalfov|(splined)?st[ei]riographic|"
+    r"(splined)?stereographic|cahvore?|scaramuzza|ocam|ftheta|thinprismfisheye|division)"
+    r"(radtan|none|equi)?|(distortion)?(inverse|modified)brownconrady"
+)
+# COLMAP's models: our lens, and what their parameters are called
+COLMAP = {
+    "SIMPLE_PINHOLE": ("brown-conrady", "f cx cy"),
+    "PINHOLE": ("brown-conrady", "fx fy cx cy"),
+    "SIMPLE_RADIAL": ("brown-conrady", "f cx cy k1"),
+    "RADIAL": ("brown-conrady", "f cx cy k1 k2"),
+    "OPENCV": ("brown-conrady", "fx fy cx cy k1 k2 p1 p2"),
+    "FULL_OPENCV": ("brown-conrady", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"),
+    "OPENCV_FISHEYE": ("fisheye", "fx fy cx cy k1 k2 k3 k4"),
+    "SIMPLE_RADIAL_FISHEYE": ("fisheye", "f cx cy k1"),
+    "RADIAL_FISHEYE": ("fisheye", "f cx cy k1 k2"),
+}
+MRCAL_COUNTS = {"OPENCV4": 4, "OPENCV5": 5, "OPENCV8": 8, "OPENCV12": 12}
+VINS_FISHEYE = {
+    "k2": "k1",
+    "k3": "k2",
+    "k4": "k3",
+    "k5": "k4",
+    "mu": "fx",
+    "mv": "fy",
+    "u0": "cx",
+    "v0": "cy",
+}
+# by what stands in them: programs whose files are read, and the lens that they assume where none is stated
+PROGRAMS = {
+    "opencv": ("OpenCV", None),
+    "ros": ("ROS camera_info", "brown-conrady"),
+    "kalibr": ("Kalibr camchain", None),
+    "mrcal": ("mrcal camera model", None),
+    "photonvision": ("PhotonVision JSON", "brown-conrady"),
+    "vins": ("VINS", "brown-conrady"),
+    "orb-slam": ("ORB-SLAM", "brown-conrady"),
+    "matlab": ("MATLAB", "brown-conrady"),
+    "colmap": ("COLMAP", None),
+    "anipose": ("Anipose", "brown-conrady"),
+}
+
+
+@dataclass(frozen=True)
+class StatedCamera:
+    """program: a name in PROGRAMS. lens: a model's name, None where the file does not say. terms: in OpenCV's order.
+
+    extrinsics: mrcal's rotation vector and translation.
+    """
+
+    program: str
+    lens: str | None
+    terms: tuple[float, ...]
+    focal_px: tuple[float, float]
+    centre_px: tuple[float, float]
+    size: ImageSize | None
+    extrinsics: tuple[float, ...] | None = None
+    notes: tuple[str, ...] = ()
+
+
+class Names:
+    """A mapping by its names as they count: the first of several that count the same."""
+
+    def __init__(self, mapping: Mapping[str, Any]) -> None:
+        self.keys: dict[str, str] = {}
+        for key in mapping:
+            self.keys.setdefault(plain(key), key)
+        self._mapping = mapping
+
+    def find(self, names: Iterable[str]) -> Iterator[tuple[str, Any]]:
+        """Yield the names as written, and their values."""
+        for name in names:
+            if name in self.keys:
+                yield self.keys[name], self._mapping[self.keys[name]]
+
+    def first(self, *names: str) -> tuple[str, Any] | None:
+        return next(self.find(names), None)
+
+    def has(self, *names: str) -> bool:
+        return any(name in self.keys for name in names)
+
+
+def plain(key: object) -> str:
+    """Return a name as it counts."""
+    return re.sub(r"[^a-z0-9]", "", str(key).lower())
+
+
+def program_of(value: Mapping[str, Any], syntax: str) -> str | None:
+    """Return the program whose camera this mapping is; None where it is no camera."""
+    names = Names(value)
+    has = names.has
+    if has("colmapmodel"):
+        return "colmap"
+    if has("radialdistortion") and has("intrinsicmatrix", "k", "focallength"):
+        return "matlab"
+    if has("projectionparameters", "mirrorparameters"):
+        return "vins"
+    matrices = [found for _, found in names.find(MATRIX) if is_matrix(found)]
+    if not matrices:
+        return ("orb-slam" if has("orbslam") else "opencv") if has("fx") and has("fy") else None
+    if has("lensmodel") and isinstance(matrices[0], list) and not has("cameraintrinsics"):
+        return "mrcal"
+    if has("cameraintrinsics"):
+        return "photonvision"
+    if isinstance(matrices[0], list) and len(matrices[0]) != 9 and has("intrinsics"):
+        return "kalibr" if not isinstance(matrices[0][0], list) else "opencv"
+    if syntax == "oST" or has("distortionmodel", "projectionmatrix", "cameraname", "binningx"):
+        return "ros"
+    return "anipose" if syntax == "TOML" else "opencv"
+
+
+def is_matrix(value: Any) -> bool:
+    """Whether it has the shape of a camera matrix, or of Kalibr's and mrcal's list of intrinsics."""
+    if isinstance(value, dict):
+        return "data" in value
+    return isinstance(value, list) and (len(value) == 3 or len(value) >= 4)
+
+
+def stated_camera(
+    value: Mapping[str, Any], program: str, at: str, given: str | None = None
+) -> StatedCamera:
+    """Read a camera's numbers; BadInput names the place of what is wrong.
+
+    at: of the mapping, "" for the file. given: the lens that the caller states, where the file does not.
+    """
+    notes: list[str] = []
+    value, lens, offset_px = _usual(value, program, at)
+    names = Names(value)
+    lens = lens or _stated_lens(names, at)
+    if given is not None and lens is not None and given != lens:
+        raise format_error(f"The file states its lens: {lens}.", f"Omit {given}.")
+    lens = lens or given
+    found = next((it for it in names.find(MATRIX) if is_matrix(it[1])), None)
+    if found is None:
+        focal, centre, more = _pair(names, at, "fx", "fy"), _pair(names, at, "cx", "cy"), ()
+    else:
+        focal, centre, more = _intrinsics(found[1], at + found[0], program)
+    if program == "mrcal":
+        lensmodel = str(next(names.find(LENS))[1])
+        numbers(found and found[1], at + "intrinsics", (4 + MRCAL_COUNTS.get(lensmodel[10:], 0),))
+    terms = _terms(names, lens, more, at)
+    if not terms and lens is None:
+        notes.append("The file states no distortion.")
+    if lens is None and len(terms) != 4:  # a fisheye has four
+        lens = "brown-conrady"
+    if lens is None and (lens := PROGRAMS[program][1]) is not None and any(terms):
+        notes.append(f"The file does not state its lens: {PROGRAMS[program][0]} assumes {lens}.")
+    for name, part in names.find(("binningx", "binningy", "roi")):
+        if _is_applied(part):
+            notes.append(f"{name} was not applied: the lens is that of the whole image.")
+    return StatedCamera(
+        program,
+        lens,
+        terms,
+        focal,
+        (centre[0] + offset_px, centre[1] + offset_px),
+        _size(names, program, at),
+        _extrinsics(names),
+        tuple(notes),
+    )
+
+
+def _usual(value: Mapping[str, Any], program: str, at: str) -> tuple[JsonObject, str | None, float]:
+    """Bring a form of its own into the usual names; return also the lens, and what is added to the centre, px."""
+    names = Names(value)
+    if program == "colmap":
+        model = value["colmap_model"]
+        if model not in COLMAP:
+            raise _other_lens(f"{at}the model", model)
+        lens, called = COLMAP[model]
+        wanted = called.split()
+        given = numbers(value["parameters"], f"{at}parameters", (len(wanted),))
+        usual = dict(zip(wanted, given, strict=True))
+        if "f" in usual:
+            usual["fx"] = usual["fy"] = usual.pop("f")
+        size = {"width": value["width"], "height": value["height"]}
+        return {**usual, **size}, lens, -0.5  # its top-left pixel's centre is (0.5, 0.5)
+    if program == "matlab":
+        return _of_matlab(names, at), "brown-conrady", -1.0  # its pixels are counted from 1
+    if program == "vins":
+        parts = [
+            part
+            for _, part in names.find(("projectionparameters", "distortionparameters"))
+            if isinstance(part, dict)
+        ]
+        usual = {key: item for part in parts for key, item in part.items()} | dict(value)
+        if "mu" in usual:  # Kannala and Brandt's: r = θ + k2 θ³ + k3 θ⁵ + …
+            usual |= {ours: usual[name] for name, ours in VINS_FISHEYE.items() if name in usual}
+            usual.pop("k5", None)
+        return usual, None, 0.0
+    return dict(value), None, 0.0
+
+
+def _of_matlab(names: Names, at: str) -> JsonObject:
+    """Return cameraParameters in usual names. IntrinsicMatrix is the transpose of K; ImageSize is rows, columns."""
+    usual: JsonObject = {}
+    if (given := names.first("intrinsicmatrix")) is not None:
+        rows = _nine(given[1], at + given[0])
+        usual["K"] = [rows[column * 3 + row] for row in range(3) for column in range(3)]
+    elif (given := names.first("k")) is not None:
+        usual["K"] = given[1]
+    else:
+        usual |= _paired(names, at, "focallength", ("fx", "fy"))
+        usual |= _paired(names, at, "principalpoint", ("cx", "cy"))
+    usual |= _paired(names, at, "radialdistortion", ("k1", "k2", "k3"))
+    usual |= _paired(names, at, "tangentialdistortion", ("p1", "p2"))
+    if (found := names.first("imagesize")) is not None and found[1]:
+        height, width = numbers(found[1], at + found[0], (2,))
+        usual["image_size"] = [width, height]
+    return usual
+
+
+def _paired(names: Names, at: str, part: str, keys: tuple[str, ...]) -> JsonObject:
+    """Return a list's two numbers or all under these keys; nothing where there is no such list."""
+    if (found := names.first(part)) is None:
+        return {}
+    return dict(zip(keys, numbers(found[1], at + found[0], (2, len(keys))), strict=False))
+
+
+def _nine(value: Any, at: str) -> tuple[float, ...]:
+    """Return the numbers of a 3 × 3 matrix: {rows, cols, data}, nine, or three rows of three."""
+    if isinstance(value, dict) and "rows" in value:
+        return matrix(value, at, 3, 3)
+    if isinstance(value, dict):
+        value = value.get("data")
+    if isinstance(value, list) and len(value) == 3:
+        return sum((numbers(row, f"{at}[{i}]", (3,)) for i, row in enumerate(value)), ())
+    return numbers(value, at, (9,))
+
+
+def _intrinsics(
+    value: Any, at: str, program: str
+) -> tuple[tuple[float, float], tuple[float, float], tuple[Any, ...]]:
+    """Return focal lengths, centre, and what follows them in a list fx, fy, cx, cy, …, as Kalibr's and mrcal's."""
+    if program in ("kalibr", "mrcal"):
+        fx, fy, cx, cy = numbers(value[:4], at, (4,))
+        return (fx, fy), (cx, cy), tuple(value[4:])
+    fx, skew, cx, zero, fy, cy, *last = _nine(value, at)
+    if abs(skew) > 1e-9 * abs(fx) or zero != 0 or last != [0, 0, 1]:
+        raise format_error(
+            f"{at} is not a camera matrix without skew.", "Use [fx, 0, cx, 0, fy, cy, 0, 0, 1]."
+        )
+    return (fx, fy), (cx, cy), ()
+
+
+def _pair(names: Names, at: str, x: str, y: str) -> tuple[float, float]:
+    """Return two numbers by their names; RealSense calls the centre ppx, ppy."""
+    first, second = (names.first(name, name.replace("c", "pp", 1)) for name in (x, y))
+    if first is None or second is None:
+        raise format_error(f"{at or 'The file '}has no {x if first is None else y}.", "Add it.")
+    return number(first[1], at + first[0]), number(second[1], at + second[0])
+
+
+def _stated_lens(names: Names, at: str) -> str | None:
+    stated: dict[str, str] = {}
+    for name, value in names.find(LENS):
+        if not isinstance(value, str):
+            continue
+        known = [lens for lens, called in LENSES.items() if called.fullmatch(plain(value))]
+        if known:
+            stated[known[0]] = f"{name} {value}"
+        elif (
+            OTHER_LENSES.fullmatch(plain(value))
+            or plain(name) == "distortionmodel"
+            or plain(value).startswith("lensmodel")
+        ):
+            raise _other_lens(at + name, value)
+    for name, value in names.find(IS_FISHEYE):
+        fisheye = plain(value) in ("1", "true", "yes") or value is True
+        stated["fisheye" if fisheye else "brown-conrady"] = f"{name} {value}"
+    if len(stated) > 1:
+        raise format_error(
+            f"The file states two lenses: {' and '.join(stated.values())}.", "Correct the file."
+        )
+    return next(iter(stated), None)
+
+
+def _other_lens(at: str, value: Any) -> Exception:
+    return format_error(
+        f"{at} is {str(value)[:40]!r}: there is no such lens here.",
+        "Calibrate with plumb_bob (radtan), rational_polynomial or equidistant.",
+    )
+
+
+def _terms(names: Names, lens: str | None, more: tuple[Any, ...], at: str) -> tuple[float, ...]:
+    """Return a fisheye's four terms; else as many as are given, without the zeros beyond eight."""
+    found = next((it for it in names.find(TERMS) if isinstance(it[1], (list, dict))), None)
+    if more:
+        place, flat = f"{at}intrinsics", list(more)
+    elif found is not None:
+        place, flat = at + found[0], flat_numbers(found[1], at + found[0])
+    else:
+        return _named_terms(names, lens, at)
+    if lens == "fisheye":
+        given = numbers(flat, place, (4,) if len(flat) < 4 or len(flat) > 14 else (len(flat),))
+        if any(given[4:]):
+            raise format_error(f"{place} has {len(given)} numbers.", "A fisheye lens has 4.")
+        return given[:4]
+    given = numbers(flat, place, BROWN_COUNTS)
+    return given[:8] if len(given) > 8 and not any(given[8:]) else given
+
+
+def flat_numbers(value: Any, at: str) -> list[Any]:
+    """Return the numbers of a row or column in any shape: a list, a list of lists, {rows, cols, data}."""
+    if isinstance(value, dict):
+        flat = flat_numbers(value.get("data", []), f"{at}.data")
+        if "rows" in value or "cols" in value:
+            rows, columns = (
+                integer(value.get(key), f"{at}.{key}", 0, 100) for key in ("rows", "cols")
+            )
+            if min(rows, columns) > 1:
+                raise format_error(f"{at} is {rows} × {columns}.", "Use one row or one column.")
+            if rows * columns != len(flat):
+                raise format_error(
+                    f"{at} has {len(flat)} numbers for {rows} × {columns}.", "Correct the file."
+                )
+        return flat
+    if not isinstance(value, list):
+        raise format_error(f"{at} is not a list of numbers.", "Use the distortion coefficients.")
+    if value and all(isinstance(row, list) for row in value):
+        if len(value) > 1 and any(len(row) != 1 for row in value):
+            raise format_error(f"{at} is not one row or one column.", "Use one row or one column.")
+        return [number for row in value for number in row]
+    return value
+
+
+def _named_terms(names: Names, lens: str | None, at: str) -> tuple[float, ...]:
+    """Return the terms that are given one by one, as k1 and p1."""
+    called = FISHEYE_TERMS if lens == "fisheye" else BROWN_TERMS
+    given = {
+        plain(key): number(value, at + key)
+        for key, value in names.find(BROWN_TERMS)
+        if not isinstance(value, (list, dict))
+    }
+    terms = tuple(given.get(name, 0.0) for name in called)
+    if not given or lens == "fisheye":
+        return terms if lens == "fisheye" else ()
+    # radial terms alone may be a fisheye's: as many as that has
+    return (
+        terms
+        if "p1" in given or lens
+        else terms[:2] + tuple(given.get(k, 0.0) for k in ("k3", "k4"))
+    )
+
+
+def _size(names: Names, program: str, at: str) -> ImageSize | None:
+    width, height = names.first(*WIDTH), names.first(*HEIGHT)
+    if width is not None or height is not None:
+        for found, name in ((width, "image_width"), (height, "image_height")):
+            if found is None:
+                raise format_error(f"{at or 'The file '}has no {name}.", f"Add {name}.")
+        assert width is not None and height is not None
+        return checked_size(width[1], height[1])
+    found = names.first(*SIZE)
+    if found is None:
+        return None
+    if isinstance(found[1], dict):
+        return _size(Names(found[1]), program, f"{at}{found[0]}.")
+    return checked_size(*numbers(found[1], at + found[0], (2,)))
+
+
+def _extrinsics(names: Names) -> tuple[float, ...] | None:
+    """Return mrcal's extrinsics, from the file's reference to the camera; older files call them so."""
+    found = names.first("rtcamref", "extrinsics")
+    return (
+        None if found is None or not names.has("lensmodel") else numbers(found[1], found[0], (6,))
+    )
+
+
+def _is_applied(part: Any) -> bool:
+    """Whether a binning or region of interest is another than the whole image."""
+    if isinstance(part, dict):
+        return any(
+            _is_applied(part.get(key)) for key in ("x_offset", "y_offset", "width", "height")
+        )
+    return plain(part) not in ("", "0", "1", "00", "10", "none", "null", "false")
