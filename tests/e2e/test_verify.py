@@ -291,11 +291,11 @@ def test_the_picture_has_two_thirds_of_the_window_and_every_border_is_in_sight(c
         expect(page.locator("aside")).to_have_count(1)
         picture = page.locator(".middle").bounding_box()
         assert picture["width"] * picture["height"] >= 0.65 * width * height
-    steps, search, bar = (
-        page.locator(it).bounding_box() for it in (".steps", ".search", "header")
-    )
+    steps, search, bar = (page.locator(it).bounding_box() for it in (".steps", ".search", "header"))
     go = page.get_by_test_id("next").bounding_box()
-    assert steps["x"] + steps["width"] <= search["x"]  # a long label of the button is on none of them
+    assert (
+        steps["x"] + steps["width"] <= search["x"]
+    )  # a long label of the button is on none of them
     assert go["y"] >= bar["y"] and go["y"] + go["height"] <= bar["y"] + bar["height"]
     page.set_viewport_size({"width": 1440, "height": 900})
     expect(page.get_by_test_id("fold-passed")).to_be_visible(timeout=LONG_MS)
