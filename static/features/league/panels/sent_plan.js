@@ -78,7 +78,8 @@ const OneField = ({ field, shown, error }) => html`<${FieldAreas}
 /** @param {PublishedCamera | null} sent */
 const numberOf = (sent) => (sent ? `${sent.camera_id} · ` : "");
 
-/** Cameras of no field that this server knows. @param {{ shown: Shown[], error: (camera: PublishedCamera) => string }} props */
+/** Cameras of no field that this server knows.
+ * @param {{ shown: Shown[], error: (camera: PublishedCamera) => string }} props */
 const NotDrawn = ({ shown, error }) =>
   shown.length > 0 &&
   html`<ul class="plain">
