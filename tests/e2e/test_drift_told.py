@@ -166,6 +166,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
     made.scroll_into_view_if_needed()
     page.get_by_role("heading", level=1).scroll_into_view_if_needed()
+    page.set_viewport_size({"width": 960, "height": 1490})  # with the displacement over time
     manual_picture(page, "drift")
     page.get_by_test_id("look-at-registered").click()
     newest = server.api("GET", f"/calibrations?camera={ID}").json()["items"][0]["id"]

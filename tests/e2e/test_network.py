@@ -122,6 +122,22 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
     )
 
 
+def test_a_sent_camera_of_a_field_that_is_unknown_here_has_a_line_under_the_drawing(
+    page, own_server
+):
+    activate(own_server, "overhead", "brown-conrady", 0)
+    field = own_server.api("GET", "/publishing").json()["cameras"][0]["field"]
+    assert own_server.api("GET", f"/fields/{field}").status_code == 404
+    page.goto(f"{own_server.url}/#/system/publishing")
+    line = page.get_by_test_id("plan-without-overhead")
+    expect(line.locator("b")).to_have_text(re.compile("^0 · "))
+    expect(line).to_contain_text(t("network.plan.unknown-field", field=field))
+    expect(page.get_by_test_id("plan-of-overhead")).to_have_count(0)
+    for width, height in ((1440, 900), (1024, 768)):  # the first rows are in sight
+        page.set_viewport_size({"width": width, "height": height})
+        expect(page.get_by_test_id("sent-overhead")).to_be_in_viewport(ratio=1)
+
+
 def test_the_field_shows_each_camera_that_goes_out_and_why_others_do_not(page, own_server):
     for number, camera in enumerate(("overhead", "east")):  # the left half and the right one
         task = sim_task(2, number)

@@ -11,6 +11,7 @@ from tests.support.pictures import encoded, gradient
 from tests.support.waiting import until
 from tests.support.words import like, t
 
+MOST_JUMP_PX = 20  # the height of a card follows from what it says
 MOST_TABS = 80  # more than any page has before what is looked for
 FOCUSED = "(id) => document.activeElement.dataset.testid === id"
 RING_PX = "parseFloat(getComputedStyle(document.activeElement).outlineWidth)"
@@ -132,14 +133,34 @@ def test_a_picture_from_a_file_has_its_name_wherever_it_is_listed(page, server):
     expect(page.get_by_test_id("images-page")).to_contain_text("Halle Süd.png", timeout=LONG_MS)
 
 
+def test_a_camera_has_its_place_on_the_wall_before_it_is_listed(page, server):
+    held = []
+    page.route("**/api/v1/cameras", lambda route: held.append(route))
+    page.goto(server.url)
+    places = page.locator(".cards .waits")
+    expect(places).to_have_count(3)
+    before = places.first.bounding_box()
+    for route in held:
+        route.continue_()
+    page.unroute("**/api/v1/cameras")
+    tile = page.locator("[data-testid^=tile-]").first
+    expect(tile).to_be_visible(timeout=LONG_MS)
+    expect(places).to_have_count(0)
+    after = tile.bounding_box()
+    assert [before[it] for it in ("x", "y", "width")] == [after[it] for it in ("x", "y", "width")]
+    assert abs(before["height"] - after["height"]) < MOST_JUMP_PX, (before, after)
+
+
 def test_no_door_opens_on_an_empty_room(page, own_server):
     """Before anything is calibrated."""
-    server = own_server
+    server, asked = own_server, []
+    page.on("request", lambda sent: sent.url.endswith("/rigs") and asked.append(sent.url))
     page.goto(f"{server.url}/#/field/scene")
     expect(page.get_by_test_id("next")).to_have_text(
         like("common.calibrate-camera"), timeout=LONG_MS
     )
     expect(page.locator("aside")).to_have_count(0)
+    assert len(asked) == 1
     page.goto(f"{server.url}/#/lenses")
     ways = page.get_by_test_id("lens-ways")
     expect(ways.locator("li")).to_have_count(3)

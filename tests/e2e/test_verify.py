@@ -274,10 +274,12 @@ def test_a_version_is_saved_before_the_models_are_compared_and_a_better_one_is_o
     assert operator.draft()["model"] == second["model"]["name"]
 
 
-def test_the_picture_has_two_thirds_of_the_window_and_every_border_is_in_sight(clicked):
+@pytest.mark.parametrize("size", [(1440, 900), (1024, 768)], ids=str)
+def test_the_picture_has_two_thirds_of_the_window_and_every_border_is_in_sight(clicked, size):
     operator = clicked("brown-conrady")
     page = operator.page
-    page.set_viewport_size({"width": 1440, "height": 900})
+    width, height = size
+    page.set_viewport_size({"width": width, "height": height})
     for border in BORDERS:
         expect(page.get_by_test_id(f"border-{border}")).to_be_in_viewport(ratio=1)
     for go in (
@@ -288,6 +290,13 @@ def test_the_picture_has_two_thirds_of_the_window_and_every_border_is_in_sight(c
         go()
         expect(page.locator("aside")).to_have_count(1)
         picture = page.locator(".middle").bounding_box()
-        assert picture["width"] * picture["height"] >= 0.65 * 1440 * 900
+        assert picture["width"] * picture["height"] >= 0.65 * width * height
+    steps, search, bar = (page.locator(it).bounding_box() for it in (".steps", ".search", "header"))
+    go = page.get_by_test_id("next").bounding_box()
+    assert (
+        steps["x"] + steps["width"] <= search["x"]
+    )  # a long label of the button is on none of them
+    assert go["y"] >= bar["y"] and go["y"] + go["height"] <= bar["y"] + bar["height"]
+    page.set_viewport_size({"width": 1440, "height": 900})
     expect(page.get_by_test_id("fold-passed")).to_be_visible(timeout=LONG_MS)
     assert page.locator("aside").evaluate("panel => panel.scrollHeight") < 1300

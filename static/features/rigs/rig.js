@@ -21,6 +21,8 @@ const AGAIN_MS = 2500,
   TRIES = 12; // for cameras that are waking up
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
+/** Whether the server has been asked for them. */
+export const rigsListed = signal(false);
 /**
  * picture: the address of its bytes, "" without; missing: cameras that are not in it.
  * @typedef {{ info: Stitched | null, picture: string, missing: string[], refusal: Refusal | null }} TakenPicture
@@ -125,6 +127,7 @@ export async function loadRigs() {
   } catch (error) {
     notifyError(error);
   }
+  rigsListed.value = true;
 }
 
 /** Begin a new one: the field of the address, else of the first camera that has one, with all cameras above it. */

@@ -2,14 +2,14 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, online } from "../../core/api.js";
 import { go, goInstead, route } from "../../core/route.js";
-import { cameras, listed, nextCamera, notifyError, pointer } from "../../core/state.js";
+import { cameras, nextCamera, notifyError, pointer } from "../../core/state.js";
 import { translated } from "../../core/statements.js";
 import { theme } from "../../core/theme.js";
 import { t } from "../../core/words.js";
 import { drawsFast } from "../../canvas/graphics.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { openPicture } from "../calibrate/pictures.js";
-import { loadRigs, rigs } from "../rigs/rig.js";
+import { rigs, rigsListed } from "../rigs/rig.js";
 
 /**
  * @typedef {import("./types").SceneShown} SceneShown
@@ -135,8 +135,8 @@ function wanted(argument, older) {
 export function startScene() {
   let timer = 0;
   effect(() => {
-    void cameras.value; // one may have been calibrated meanwhile
-    if (what.value === "" && listed.value) untracked(() => void goToFirst());
+    void rigs.value; // they are listed anew when a camera has been calibrated
+    if (what.value === "" && rigsListed.value) untracked(goToFirst);
   });
   effect(() => {
     const open = isNamed.value && online.value;
@@ -249,10 +249,9 @@ export async function showInPicture(at) {
 }
 
 /** Where none is named: the first rig with calibrated cameras, else the first camera with an active version. */
-async function goToFirst() {
-  await loadRigs();
+function goToFirst() {
   const rig = rigs.value.find((r) => r.cameras.some((c) => c.calibration)),
     one = cameras.value.find((c) => c.active_calibration)?.active_calibration,
     scene = rig ? `rig/${rig.name}` : one;
-  if (what.value === "" && scene) goInstead("scene", { scene });
+  if (scene) goInstead("scene", { scene });
 }

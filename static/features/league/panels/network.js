@@ -92,9 +92,11 @@ export function PublishingPage() {
           ${it.absorb || it.enabled ? t("network.stop-listening") : t("network.listen")}
         </button>
       </div>
-      <${SentPlan} all=${it.cameras} error=${receivedError} />
       <${Way} it=${it} />
-      <${Sent} it=${it} />
+      <div class="plan-and-table">
+        <${SentPlan} all=${it.cameras} error=${receivedError} />
+        <${Sent} it=${it} />
+      </div>
       ${
         it.passed_on &&
         html`<p data-testid="passed-on">

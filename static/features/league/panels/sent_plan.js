@@ -29,6 +29,7 @@ export function SentPlan({ all, error }) {
       all.find(({ camera }) => camera === c.id),
     ),
   );
+  const isDrawn = (/** @type {Shown} */ it) => fields.value.some(({ name }) => name === it.field);
   return html`<div class="sent-plans">
     ${fields.value
       .filter(({ name }) => shown.some(({ field }) => field === name))
@@ -42,6 +43,7 @@ export function SentPlan({ all, error }) {
         <figcaption class="reason">${field.title}</figcaption>
       </figure>`,
       )}
+    <${NotDrawn} shown=${shown.filter((it) => !isDrawn(it))} error=${error} />
   </div>`;
 }
 
@@ -68,7 +70,26 @@ const OneField = ({ field, shown, error }) => html`<${FieldAreas}
     area: field.regions[area ?? ""] ?? Object.values(field.regions)[0],
     isAbsent: !sent,
     level: sent?.level,
-    text: html`<b title=${name}>${sent ? `${sent.camera_id} · ` : ""}${shortened(name, NAME)}</b>
+    text: html`<b title=${name}>${numberOf(sent)}${shortened(name, NAME)}</b>
       <small>${sent ? t("network.plan.error", { error: error(sent) }) : why}</small>`,
   }))}
 />`;
+
+/** @param {PublishedCamera | null} sent */
+const numberOf = (sent) => (sent ? `${sent.camera_id} · ` : "");
+
+/** Cameras of no field that this server knows.
+ * @param {{ shown: Shown[], error: (camera: PublishedCamera) => string }} props */
+const NotDrawn = ({ shown, error }) =>
+  shown.length > 0 &&
+  html`<ul class="plain">
+  ${shown.map(
+    ({ id, name, field, sent, why }) => html`<li key=${id} data-testid=${`plan-without-${id}`}>
+    <b>${numberOf(sent)}${name}</b>
+    <small> ${sent ? t("network.plan.error", { error: error(sent) }) : why}</small>
+    <small class="where">
+      ${field ? t("network.plan.unknown-field", { field }) : t("network.plan.no-field")}
+    </small>
+  </li>`,
+  )}
+</ul>`;

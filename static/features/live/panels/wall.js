@@ -4,7 +4,7 @@ import { run } from "../../../core/actions.js";
 import { areaName, mm } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
-import { busy, cameras, fields } from "../../../core/state.js";
+import { busy, cameras, fields, listed } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { LensForNextPicture } from "../../boards/panels/board.js";
@@ -17,6 +17,7 @@ import { LiveView } from "../layers/live_view.js";
 import { isWallHeld, troubleOf, wallCameras, wallLines } from "../wall.js";
 
 const CARD_PX = 480,
+  PLACES = [1, 2, 3], // of cameras that are not listed yet
   LEAST_MM = 0.05, // less is shown as 0.0
   CARD_FPS = 4; // enough to see what goes on; the camera's own page shows every frame
 
@@ -30,6 +31,15 @@ export function Wall() {
       html`<div class="line"><${ActionButton} id="wall-lines" /></div>`
     }
     <ul class="cards cameras" ...${HELD}>
+      ${
+        !listed.value &&
+        cameras.value.length === 0 &&
+        PLACES.map(
+          (at) => html`<li key=${at} class="card waits" aria-hidden="true">
+        <div class="live"></div>
+      </li>`,
+        )
+      }
       ${wallCameras.value.map((camera) => html`<${Tile} key=${camera.id} camera=${camera} />`)}
       <li>
         <a class="card add" data-testid="add-camera" href=${addressOf("new-camera")}>
