@@ -19,7 +19,7 @@ const work = longWork();
 export const { search: registering, refusal: notRegistered } = work;
 const last = signal(
   /**
-   * @type {{ camera: string, made: Registered, apart: { rms_mm: number | null, max_mm: number | null } | null } | null}
+   * @type {{ camera: string, made: Registered, apart: { median_mm: number | null, max_mm: number | null } | null } | null}
    */ (null),
 );
 /** The version that was made for the camera on show, as long as it is not used. */
