@@ -110,8 +110,8 @@ class Sentence(str):
 def say(code: str, template: str, **values: object) -> Sentence:
     """Return a template of str.format with its values in their places.
 
-    The values are stated as they are shown: a number rounded as its format says, or as its unit does in UNIT_DIGITS, a list of names as a list, and a value
-    that is a sentence itself by its own statements.
+    The values are stated as they are shown: a number rounded as its format says, or as its unit does in UNIT_DIGITS, a
+    list of names as a list, and a value that is a sentence itself by its own statements.
     """
     shown = {
         name: ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value

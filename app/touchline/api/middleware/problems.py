@@ -43,19 +43,27 @@ FRAMEWORK = {
     431: ("headers-too-large", "Send fewer or shorter headers."),
 }
 
+WITHIN_LIMIT = say("fault-fix.limit", "Stay within the limit that is named.")
+CORRECT_VALUE = say(
+    "fault-fix.correct", "Correct the value. See /api/v1/openapi.json for the format."
+)
 # What to do about a value, by the type of pydantic's error.
 VALUE_FIXES = {
-    "missing": "Add this value.",
-    "extra_forbidden": "Remove it, or correct its name.",
-    "finite_number": "Send a finite number.",
-    "json_invalid": "Send valid JSON: no NaN, no comments, no trailing commas.",
-    "less_than_equal": "Stay within the limit that is named.",
-    "greater_than_equal": "Stay within the limit that is named.",
-    "too_long": "Send fewer values.",
-    "too_short": "Send more values.",
-    "string_too_long": "Shorten it.",
-    "string_unicode": "Send valid Unicode text.",
-    "model_attributes_type": "Send a JSON object, with Content-Type: application/json.",
+    "missing": say("fault-fix.add", "Add this value."),
+    "extra_forbidden": say("fault-fix.remove", "Remove it, or correct its name."),
+    "finite_number": say("fault-fix.finite", "Send a finite number."),
+    "json_invalid": say(
+        "fault-fix.json", "Send valid JSON: no NaN, no comments, no trailing commas."
+    ),
+    "less_than_equal": WITHIN_LIMIT,
+    "greater_than_equal": WITHIN_LIMIT,
+    "too_long": say("fault-fix.fewer", "Send fewer values."),
+    "too_short": say("fault-fix.more", "Send more values."),
+    "string_too_long": say("fault-fix.shorter", "Shorten it."),
+    "string_unicode": say("fault-fix.unicode", "Send valid Unicode text."),
+    "model_attributes_type": say(
+        "fault-fix.object", "Send a JSON object, with Content-Type: application/json."
+    ),
 }
 
 VALUE_REASONS = {
@@ -142,10 +150,8 @@ def bad_request(errors: Sequence[Any]) -> Response:
     ]
     first = found[0] if found else {"at": "body", "what": "unreadable", "kind": "bad"}
     reason = VALUE_REASONS.get(first["kind"], "bad-request")
-    fix = VALUE_FIXES.get(
-        first["kind"], "Correct the value. See /api/v1/openapi.json for the format."
-    )
-    return problem(422, reason, f"{first['at']} {first['what']}.", fix, errors=found)
+    detail = say("fault", "{at} {what}.", at=first["at"], what=first["what"])
+    return problem(422, reason, detail, VALUE_FIXES.get(first["kind"], CORRECT_VALUE), errors=found)
 
 
 def _what(error: Any) -> str:
