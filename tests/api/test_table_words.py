@@ -8,6 +8,7 @@ import pytest
 from tests.support.refusals import API
 from tests.support.statements import statements, values_of
 from tests.support.words import STATEMENTS, entries, forms_of, messages
+from touchline.api.middleware.problems import VALUE_FIXES
 from touchline.core.json_values import FAULTS
 from touchline.detection.stages import STAGES
 from touchline.fitting import FITTERS
@@ -39,16 +40,20 @@ def stated_in(answer: Any) -> Iterator[tuple[str, str]]:
 
 def test_the_german_page_has_words_for_every_fault_of_a_value():
     theirs = {key: forms for path in STATEMENTS["de"] for key, forms in entries(path)}
-    codes = {kind: f"fault.{kind.replace('_', '-')}" for kind in FAULTS}
-    assert {code for code in theirs if code.startswith("fault.")} == {*codes.values()}
-    for kind, code in codes.items():
-        assert values_of(forms_of(theirs[code])["other"]) == values_of(FAULTS[kind]), kind
+    templates = {
+        f"{family}.{kind.replace('_', '-')}": template
+        for family, table in (("fault", FAULTS), ("fault-fix", VALUE_FIXES))
+        for kind, template in table.items()
+    }
+    assert {code for code in theirs if code.startswith(("fault.", "fault-fix."))} == {*templates}
+    for code, template in templates.items():
+        assert values_of(forms_of(theirs[code])["other"]) == values_of(template), code
 
 
 def test_a_refused_value_and_option_are_stated(standing):
     missing = standing.post(f"{API}/fit/border", json={"model": "polynomial"}).json()
     assert missing["statements"]["detail"][0]["values"]["what"]["code"] == "fault.missing"
-    assert missing["statements"]["fix"][0]["code"] == "fault-fix.add"
+    assert missing["statements"]["fix"][0]["code"] == "fault-fix.missing"
     fit = {
         "field": "table",
         "region": "full",

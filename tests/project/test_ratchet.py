@@ -17,7 +17,7 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 496_700,
+    "tokens": 497_400,
     "files": 359,
     "untyped dictionaries": 451,
     "modules with one importer": 53,

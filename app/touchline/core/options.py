@@ -134,7 +134,10 @@ class Option:
                 ),
             ),
             say(
-                "option.refused.fix", "Use {allowed}, for {name}.", allowed=allowed, name=self.name
+                "option.refused.fix",
+                "Use {allowed}, for {name}.",
+                allowed=allowed,
+                name=named(f"option-name.{self.name}", self.name),
             ),
             reason="bad-option",
         )

@@ -293,7 +293,7 @@ class Calibration:
                 reason="bad-calibration",
             ) from None
 
-    def draft(self) -> dict[str, Any]:
+    def draft(self) -> dict[str, object]:
         """Return what an operator would enter to make it: its lens by id, as a draft has it."""
         made = self.to_json()
         options = {

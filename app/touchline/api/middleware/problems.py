@@ -21,7 +21,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from touchline.core.errors import TouchlineError
 from touchline.core.json_values import fault_in_words, finite_json
 from touchline.core.sentences import SHUTTING_DOWN
-from touchline.core.statements import say, stated
+from touchline.core.statements import named, say, stated
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_S = 5  # after too many at once: what others asked for has moved on by then
@@ -43,27 +43,20 @@ FRAMEWORK = {
     431: ("headers-too-large", "Send fewer or shorter headers."),
 }
 
-WITHIN_LIMIT = say("fault-fix.limit", "Stay within the limit that is named.")
-CORRECT_VALUE = say(
-    "fault-fix.correct", "Correct the value. See /api/v1/openapi.json for the format."
-)
 # What to do about a value, by the type of pydantic's error.
 VALUE_FIXES = {
-    "missing": say("fault-fix.add", "Add this value."),
-    "extra_forbidden": say("fault-fix.remove", "Remove it, or correct its name."),
-    "finite_number": say("fault-fix.finite", "Send a finite number."),
-    "json_invalid": say(
-        "fault-fix.json", "Send valid JSON: no NaN, no comments, no trailing commas."
-    ),
-    "less_than_equal": WITHIN_LIMIT,
-    "greater_than_equal": WITHIN_LIMIT,
-    "too_long": say("fault-fix.fewer", "Send fewer values."),
-    "too_short": say("fault-fix.more", "Send more values."),
-    "string_too_long": say("fault-fix.shorter", "Shorten it."),
-    "string_unicode": say("fault-fix.unicode", "Send valid Unicode text."),
-    "model_attributes_type": say(
-        "fault-fix.object", "Send a JSON object, with Content-Type: application/json."
-    ),
+    "missing": "Add this value.",
+    "extra_forbidden": "Remove it, or correct its name.",
+    "finite_number": "Send a finite number.",
+    "json_invalid": "Send valid JSON: no NaN, no comments, no trailing commas.",
+    "less_than_equal": "Stay within the limit that is named.",
+    "greater_than_equal": "Stay within the limit that is named.",
+    "too_long": "Send fewer values.",
+    "too_short": "Send more values.",
+    "string_too_long": "Shorten it.",
+    "string_unicode": "Send valid Unicode text.",
+    "model_attributes_type": "Send a JSON object, with Content-Type: application/json.",
+    "other": "Correct the value. See /api/v1/openapi.json for the format.",
 }
 
 VALUE_REASONS = {
@@ -151,7 +144,9 @@ def bad_request(errors: Sequence[Any]) -> Response:
     first = found[0] if found else {"at": "body", "what": "unreadable", "kind": "bad"}
     reason = VALUE_REASONS.get(first["kind"], "bad-request")
     detail = say("fault", "{at} {what}.", at=first["at"], what=first["what"])
-    return problem(422, reason, detail, VALUE_FIXES.get(first["kind"], CORRECT_VALUE), errors=found)
+    kind = first["kind"] if first["kind"] in VALUE_FIXES else "other"
+    fix = named(f"fault-fix.{kind}", VALUE_FIXES[kind])
+    return problem(422, reason, detail, fix, errors=found)
 
 
 def _what(error: Any) -> str:

@@ -191,7 +191,7 @@ function Names({ option: { name, choices }, value, set, about }) {
   /** @param {string} one */
   const toggle = (one) =>
     set(chosen.includes(one) ? chosen.filter((c) => c !== one) : [...chosen, one]);
-  return html`<span class="terms" role="group" aria-label=${label(name)}>
+  return html`<span class="terms" role="group" aria-label=${optionName(name)}>
     ${choices.map(
       (one, i) => html`<label key=${one}>
       <input

@@ -63,7 +63,7 @@ export function Checklist() {
       <h1 class="sr">${current.value.label} – Touchline</h1>
       <div class=${`headline ${shown}`} role="status">
         <${Icon} state=${GATE_ICONS[shown]} />
-        <h2 data-testid="headline">${isSaved.value ? headline(it.active) : t("verify.headline.draft-differs", { version: it.version })}</h2>
+        <h2 data-testid="headline">${headline(it)}</h2>
         <small data-testid="sentence">${current.value.sentence}</small>
       </div>
       <dl class="figures" data-testid="verdict" data-level=${report.verdict.level}>
@@ -105,9 +105,11 @@ export function Checklist() {
   `;
 }
 
-/** @param {boolean} isActive */
-function headline(isActive) {
+/** @param {import("../../../core/types").Calibration} it */
+function headline(it) {
+  const isActive = it.active;
   const count = problemCount.value;
+  if (!isSaved.value) return t("verify.headline.draft-differs", { version: it.version });
   switch (gate.value) {
     case "wait":
       return t("verify.checking");
