@@ -38,6 +38,13 @@ export const lineTitle = (id) => capitalised(lineName(id));
 /** @param {string} id */
 export const areaTitle = (id) => capitalised(areaName(id));
 
+/** What an option is called; the unit stands beside the field. @param {string} id */
+export const optionName = (id) =>
+  nameOr(
+    `calibrate.option.${id.replaceAll("_", "-")}`,
+    capitalised(words(id.replace(/[_-](px|mm|deg|pct)$/, ""))),
+  );
+
 /** A label within a sentence: where nouns have no capitals, in lower case. @param {string} label */
 export const inSentence = (label) => (LOCALE === "de" ? label : label.toLowerCase());
 

@@ -1,5 +1,5 @@
 // What the server states, in the page's language: its answers carry codes and values beside their English sentences.
-import { areaName, lineName } from "./format.js";
+import { areaName, lineName, optionName } from "./format.js";
 import { POINT, filled, hasStatements, statement } from "./words.js";
 
 /** @typedef {import("./types").Statement} Statement */
@@ -8,6 +8,7 @@ import { POINT, filled, hasStatements, statement } from "./words.js";
 const NAMES = new Map([
   ["line", lineName],
   ["area", areaName],
+  ["option-name", optionName],
 ]);
 /** Numbers and nothing but a unit, as the server writes them. */
 const MEASURED = /^[\d.\s,()×±+−⁰¹²³⁴⁵⁶⁷⁸⁹⁻-]*( ?(mm|px|m|s|ms|%|°))?$/;

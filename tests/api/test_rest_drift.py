@@ -65,6 +65,11 @@ def test_a_knock_is_found_told_and_registered_anew(followed):
     assert job["state"] == "done", job
     made = client.get(f"{API}/calibrations/{job['result']['calibration']}").json()
     assert made["parent"] == first and made["active"] is False and made["version"] == 2
+    draft = client.get(f"{API}/drafts/{made['snapshot']}").json()  # what the version was made of
+    same = ("field", "region", "rotate", "observations")
+    assert {name: draft[name] for name in same} == {name: made[name] for name in same}
+    assert draft["model"] == made["model"]["name"]
+    assert draft["options"] == {"lens": first, "lens_sigma": "own"}
     before = client.get(f"{API}/calibrations/{first}").json()
     known = before["report"]["covariance"]
     for term, now, then in zip(

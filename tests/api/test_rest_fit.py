@@ -42,7 +42,7 @@ def test_an_automatic_degree_says_why(standing):
     found = standing.post(
         BORDER, json={"points": bowed(), "axis": "x_of_y", "degree": "auto"}
     ).json()
-    assert found["degree"] == 2 and "leave-one-out" in found["degree_reason"]
+    assert found["degree"] == 2 and "Degree 1 is worse" in found["degree_reason"]
 
 
 def test_a_stray_point_is_named_by_its_index(standing):

@@ -6,8 +6,10 @@ from typing import Any
 import pytest
 
 from tests.support.refusals import API
-from tests.support.statements import statements
-from tests.support.words import STATEMENTS, entries, messages
+from tests.support.statements import statements, values_of
+from tests.support.words import STATEMENTS, entries, forms_of, messages
+from touchline.api.middleware.problems import VALUE_FIXES
+from touchline.core.json_values import FAULTS
 from touchline.detection.stages import STAGES
 from touchline.fitting import FITTERS
 from touchline.models import MODELS
@@ -34,6 +36,35 @@ def stated_in(answer: Any) -> Iterator[tuple[str, str]]:
         for name, value in answer.items():
             if name != "statements":
                 yield from stated_in(value)
+
+
+def test_the_german_page_has_words_for_every_fault_of_a_value():
+    theirs = {key: forms for path in STATEMENTS["de"] for key, forms in entries(path)}
+    templates = {
+        f"{family}.{kind.replace('_', '-')}": template
+        for family, table in (("fault", FAULTS), ("fault-fix", VALUE_FIXES))
+        for kind, template in table.items()
+    }
+    assert {code for code in theirs if code.startswith(("fault.", "fault-fix."))} == {*templates}
+    for code, template in templates.items():
+        assert values_of(forms_of(theirs[code])["other"]) == values_of(template), code
+
+
+def test_a_refused_value_and_option_are_stated(standing):
+    missing = standing.post(f"{API}/fit/border", json={"model": "polynomial"}).json()
+    assert missing["statements"]["detail"][0]["values"]["what"]["code"] == "fault.missing"
+    assert missing["statements"]["fix"][0]["code"] == "fault-fix.missing"
+    fit = {
+        "field": "table",
+        "region": "full",
+        "observations": [{"feature": "left", "points": [[1, 2]]}],
+        "image_size": [640, 480],
+    }
+    fit |= {"model": "polynomial", "options": {"degree": 99}}
+    refused = standing.post(f"{API}/fit/preview", json=fit).json()
+    stated = refused["statements"]
+    assert stated["detail"][0]["values"]["name"]["code"] == "option-name.degree"
+    assert stated["fix"][0]["values"]["allowed"]["code"] == "allowed.or-auto"
 
 
 @pytest.fixture(scope="module")

@@ -174,6 +174,10 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
         "href", re.compile(newest), timeout=LONG_MS
     )
     is_told(page, "bad")
+    # what is shown is what the version was made of
+    expect(page.get_by_test_id("next")).to_contain_text(
+        t("common.activate-version", version=2), timeout=LONG_MS
+    )
     page.screenshot(path=tmp_path / "looked_at.png")
     page.goto(f"{server.url}/#/cameras/{ID}/versions")
     newest = page.get_by_test_id("version-change").first

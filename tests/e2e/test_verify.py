@@ -130,7 +130,7 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(
     expect(page.get_by_test_id("check-height")).to_contain_text("5.0 m")
     expect(state(page, "neighbour-east", "ok")).to_contain_text("mm")
     expect(page.get_by_test_id("check-lens")).to_have_count(0)  # the active one has no lens
-    expect(state(page, "difference", "note")).to_contain_text("Median difference. Largest:")
+    expect(state(page, "difference", "note")).to_contain_text("the largest difference is")
     expect(page.get_by_test_id("check-packet")).to_be_visible()
     expect(page.get_by_test_id("change-map")).to_contain_text(like("verify.change.caption"))
     assert not grave(page)

@@ -17,8 +17,8 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 496_700,
-    "files": 358,
+    "tokens": 497_400,
+    "files": 359,
     "untyped dictionaries": 451,
     "modules with one importer": 53,
     "breaks": 0,

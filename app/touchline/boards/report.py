@@ -353,7 +353,7 @@ def _model_warnings(fit: BoardFit, cv: CrossValidation, correlation: float) -> I
     if bow > MAX_BOW * fit.observations.half_diagonal_mm:
         yield Warning(
             "board-bowed",
-            say("warning.board-bowed", "The board appears to be bowed by {mm:.1f} mm.", mm=bow),
+            say("warning.board-bowed", "The board appears to be bowed by {mm:mm} mm.", mm=bow),
             say(
                 "warning.board-bowed.fix",
                 "Mount the board on a rigid plate. If it is flat, the lens model is wrong and "

@@ -22,7 +22,7 @@ import numpy as np
 from annotated_types import Len
 
 from touchline.core.errors import BadInput
-from touchline.core.statements import STATEMENTS, read_statements
+from touchline.core.statements import STATEMENTS, Sentence, read_statements, say
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -44,7 +44,7 @@ FAULTS = {
     "int_type": "is not a whole number",
     "string_type": "is not a text",
     "bool_type": "is neither true nor false",
-    "literal_error": "is not {expected}",
+    "literal_error": "is not one of {expected}",
     "list_type": "is not a list",
     "tuple_type": "is not a list",
     "dict_type": "is not an object",
@@ -67,6 +67,7 @@ FAULTS = {
     "json_invalid": "is not valid JSON",
     "model_attributes_type": "is not an object",
     "string_too_long": "has more than {max_length} characters",
+    "other": "is not valid",
 }
 MAX_PLACE = 100  # characters
 MAX_SHOWN = 40  # characters of a refused value
@@ -90,9 +91,13 @@ def in_words(value: object) -> str:
     return "a list" if isinstance(value, (list, tuple)) else "a group of values"
 
 
-def fault_in_words(error: Any) -> str:
+def fault_in_words(error: Any) -> Sentence:
     """Return what pydantic found wrong with a value; "is not valid" for a fault that has no words here."""
-    return FAULTS.get(error["type"], "is not valid").format(**error.get("ctx", {}))
+    kind = error["type"] if error["type"] in FAULTS else "other"
+    values = dict(error.get("ctx", {}))
+    if kind == "literal_error":
+        values["expected"] = values["expected"].replace(" or ", ", ")
+    return say(f"fault.{kind.replace('_', '-')}", FAULTS[kind], **values)
 
 
 def number(value: Any) -> float | None:

@@ -293,6 +293,20 @@ class Calibration:
                 reason="bad-calibration",
             ) from None
 
+    def draft(self) -> dict[str, object]:
+        """Return what an operator would enter to make it: its lens by id, as a draft has it."""
+        made = self.to_json()
+        options = {
+            name: value.get("id") if name == "lens" and isinstance(value, Mapping) else value
+            for name, value in self.options.items()
+        }
+        names = ("field", "region", "rotate", "observations")
+        return {
+            **{name: made[name] for name in names},
+            "model": self.model_name,
+            "options": options,
+        }
+
     def lens_option(self) -> dict[str, Any]:
         """Return the value of the option "lens" of another fit: the camera, and its covariance where it is known."""
         known = self.covariance

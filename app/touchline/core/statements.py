@@ -17,6 +17,9 @@ MIN_PLAIN = 1e-6  # below it noughts are no longer counted: 3.1 × 10⁻⁸
 MAX_PLAIN = 1e6
 MIN_SIGMA = 1e-300  # a σ below it is none
 
+# of a number in a sentence, by the format of its place, {px:px}: a limit, and the digits below and from it
+UNIT_DIGITS = {"mm": (10, 1, 0), "px": (1, 2, 1), "percent": (10, 1, 0)}
+
 STATEMENTS = "statements"  # the entry beside the sentences
 MAX_STATEMENTS = 20  # of an entry, as read from a file
 
@@ -50,7 +53,20 @@ def format_with_sigma(value: float, sigma: float) -> str:
 
 def format_mm(value: float) -> str:
     """Millimetres, to a tenth below 10."""
-    return f"{value:.1f} mm" if value < 10 else f"{value:.0f} mm"
+    return f"{_in_unit(value, 'mm')} mm"
+
+
+def _in_unit(value: Any, spec: str) -> str:
+    """Return a value as str.format does, and with the digits of a unit of UNIT_DIGITS that its format names."""
+    if spec not in UNIT_DIGITS:
+        return format(value, spec)
+    limit, fine, coarse = UNIT_DIGITS[spec]
+    return f"{value:.{fine if round(abs(value), fine) < limit else coarse}f}"
+
+
+class _Template(Formatter):
+    def format_field(self, value: Any, format_spec: str) -> str:
+        return _in_unit(value, format_spec)
 
 
 def _power(value: float) -> int:
@@ -94,8 +110,8 @@ class Sentence(str):
 def say(code: str, template: str, **values: object) -> Sentence:
     """Return a template of str.format with its values in their places.
 
-    The values are stated as they are shown: a number rounded as its format says, a list of names as a list, and a value
-    that is a sentence itself by its own statements.
+    The values are stated as they are shown: a number rounded as its format says, or as its unit does in UNIT_DIGITS, a
+    list of names as a list, and a value that is a sentence itself by its own statements.
     """
     shown = {
         name: ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value
@@ -103,7 +119,7 @@ def say(code: str, template: str, **values: object) -> Sentence:
     }
     formats = {name: spec or "" for _, name, spec, _ in Formatter().parse(template) if name}
     return Sentence(
-        template.format(**shown),
+        _Template().format(template, **shown),
         (
             {
                 "code": code,
@@ -188,7 +204,7 @@ def _value(value: object, spec: str) -> Any:
         return [_value(one, "") for one in value]
     if isinstance(value, str):
         return value
-    shown = format(value, spec)
+    shown = _in_unit(value, spec)
     try:
         found = float(shown)  # as many digits as are shown
     except ValueError:

@@ -200,7 +200,7 @@ def _fit_pose(
     chosen = {key: value for key, value in calibration.options.items() if key not in LENS_OPTIONS}
     options = {
         **chosen,
-        "lens": calibration.lens_option(),
+        "lens": {"id": calibration.id, **calibration.lens_option()},
         "lens_sigma": "own" if lens and lens.estimated else "0",
     }
     started = {**options, "start": parameters_json(model)}
@@ -255,7 +255,7 @@ def _refuse_other_lens(
             raise FitFailed(
                 say(
                     "pose.lens-changed",
-                    "With the same lens, the lines are {px:.1f} px off. The lens, "
+                    "With the same lens, the lines are {px:px} px off. The lens, "
                     "the focus or the field has changed.",
                     px=off_px,
                 ),
@@ -265,7 +265,7 @@ def _refuse_other_lens(
         raise FitFailed(
             say(
                 "pose.moved-too-far",
-                "After shifting the points with the image, the lines are {px:.1f} px "
+                "After shifting the points with the image, the lines are {px:px} px "
                 "off. This is too far for {model}, which does not separate the lens from the camera pose.",
                 px=off_px,
                 model=model.TITLE.lower(),
@@ -365,7 +365,7 @@ def _summary(
             float(np.linalg.norm(np.subtract(result.model.position_mm, before.position_mm))), 1
         )
     sentence = join(
-        say("pose.image-moved", "The image had moved by {px:.1f} px.", px=tracked.moved_px),
+        say("pose.image-moved", "The image had moved by {px:px} px.", px=tracked.moved_px),
         _fit_sentence(before, zoom, len(tracked.points), line_count, off_px),
     )
     return stated(
@@ -392,14 +392,14 @@ def _fit_sentence(
     if not isinstance(before, RayModel):
         return say(
             "pose.points-shifted",
-            "With the points shifted, {points} points on {lines} lines fit within {px:.2f} px.",
+            "With the points shifted, {points} points on {lines} lines fit within {px:px} px.",
             **values,
         )
     if zoom is not None and zoom.state == "held":
         return join(
             say(
                 "pose.same-lens",
-                "With the same lens, {points} points on {lines} lines fit within {px:.2f} px.",
+                "With the same lens, {points} points on {lines} lines fit within {px:px} px.",
                 **values,
             ),
             zoom.resolution,
@@ -407,7 +407,7 @@ def _fit_sentence(
     return join(
         say(
             "pose.kept-lens",
-            "With the lens as it was, {points} points on {lines} lines fit within {px:.2f} px.",
+            "With the lens as it was, {points} points on {lines} lines fit within {px:px} px.",
             **values,
         ),
         (zoom or ZoomCheck(np.nan, np.nan)).untested,
@@ -470,18 +470,17 @@ class ZoomCheck:
     def resolution(self) -> Sentence:
         return say(
             "pose.zoom-held",
-            "A zoom of {pct:.1f} % would show.",
+            "A change of zoom by {pct:percent} % would have been detected.",
             pct=100 * max(MIN_SIGMAS * self.sigma, MIN_ZOOM),
         )
 
     @property
     def untested(self) -> Sentence:
         if not np.isfinite(self.sigma):
-            return say("pose.zoom-unknown", "Whether the zoom has changed could not be tested.")
+            return say("pose.zoom-unknown", "A change of zoom cannot be ruled out.")
         return say(
             "pose.zoom-untested",
-            "Whether the zoom has changed could not be tested: these lines would not show "
-            "a change of {pct:.0f} %.",
+            "A change of zoom cannot be ruled out: these lines show only changes above {pct:.0f} %.",
             pct=100 * min(MIN_SIGMAS * self.sigma, 1.0),
         )
 

@@ -45,8 +45,16 @@ ENDS_REFUTED: dict[Way, Sentence] = {
 
 
 def save_registered(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
-    """Save the version with the new pose, as the child of the one that it was made from."""
+    """Save the version with the new pose, as the child of the one that it was made from.
+
+    Its picture's draft gets what it was made of, unless points are in it: a version without them looks changed since.
+    """
     version = services.store.calibrations.add(Calibration.from_json(result["made"]), about["by"])
+    drafts = services.store.drafts
+    with suppress(TouchlineError):  # its picture is gone, or an operator has begun on it
+        draft = drafts.get(str(version.snapshot))
+        if not draft.body["observations"]:
+            drafts.save(draft.snapshot, version.draft(), draft.etag, about["by"])
     return {
         "calibration": version.id,
         "version": version.version,
@@ -343,9 +351,10 @@ def ends_claim(found: Orientation | None, former: int | None) -> Claim:
             ENDS,
             "not-tested",
             say("claim.ends.unknown", "The ends of the field are not tested"),
-            say("claim.ends.alike", "The lines look the same from both ends."),
+            say("claim.ends.alike", "Both ends of the field look alike."),
             say(
-                "claim.ends.look", "Check in the corrected image that each goal is at its own end."
+                "claim.ends.look",
+                "Check in the corrected image that the two ends are not swapped.",
             ),
         )
     tried = ("active-version", "calibration-images")

@@ -216,7 +216,11 @@ def difference_claims(found: Mapping[str, Any], former: int) -> list[Claim]:
             say("claim.difference.same", "Same positions as version {former}", former=former)
             if is_same
             else say("claim.difference.differs", "Differs from version {former}", former=former),
-            say("claim.difference.worst", "Median difference. Largest: {mm:.1f} mm.", mm=largest),
+            say(
+                "claim.difference.worst",
+                "The median; the largest difference is {mm:mm} mm.",
+                mm=largest,
+            ),
             tried=("active-version",),
             figure=mm(median),
         )
@@ -380,7 +384,7 @@ def _robot_tops(report: Mapping[str, Any]) -> Claim:
         "robot-tops",
         state_of_level(level),
         TOPS[level],
-        say("claim.tops.height", "At {height:g} mm.", height=height),
+        say("claim.tops.height", "{height:g} mm above the carpet.", height=height),
         ENTER_HEIGHT if level == "poor" else "",
         FIT,
         level == "poor",
@@ -400,7 +404,7 @@ def _model(calibration: Calibration) -> Claim:
     title = MODELS[name].TITLE if name in MODELS else name
     px = number(report.get("rms_px"))
     shown = (
-        say("claim.model.residual", "{model}, residual {px:.2f} px.", model=title, px=px)
+        say("claim.model.residual", "{model}, residual {px:px} px.", model=title, px=px)
         if px is not None
         else say("claim.model.name", "{model}.", model=title)
     )
@@ -491,7 +495,7 @@ def _height(report: Mapping[str, Any]) -> Claim:
             "height",
             "not-tested",
             say("claim.height.unknown", "The camera height is unknown"),
-            measured,
+            join(measured, say("claim.height.undetermined", "A rough estimate from the points.")),
             ENTER_HEIGHT,
             cure="model",
         )

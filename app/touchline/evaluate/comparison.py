@@ -189,7 +189,7 @@ def _sentence(
 ) -> Sentence:
     rivals = [row for row in known if row["model"] != chosen["model"]]
     better = [row for row in rivals if _field_mm(row) < _field_mm(chosen)]
-    begin = "{model}: {mm:.1f} mm inside the field with {n} parameters"
+    begin = "{model}: {mm:mm} mm inside the field with {n} parameters"
     values = {"model": chosen["title"], "mm": chosen["field_mm"], "n": chosen["parameters"]}
     if not rivals:
         words = say("comparison.alone", begin + ".", **values)
@@ -199,20 +199,20 @@ def _sentence(
         if not better:
             words = say(
                 "comparison.best",
-                begin + "; the next best is {other} with {other_mm:.1f} mm.",
+                begin + "; the next best is {other} with {other_mm:mm} mm.",
                 **values,
             )
         elif other["parameters"] > chosen["parameters"]:
             words = say(
                 "comparison.simpler",
-                begin + "; {other} ({other_mm:.1f} mm) is not significantly better and "
+                begin + "; {other} ({other_mm:mm} mm) is not significantly better and "
                 "has more parameters.",
                 **values,
             )
         else:
             words = say(
                 "comparison.alike",
-                begin + "; {other} ({other_mm:.1f} mm) is not significantly better.",
+                begin + "; {other} ({other_mm:mm} mm) is not significantly better.",
                 **values,
             )
     return join(

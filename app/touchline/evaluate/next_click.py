@@ -120,11 +120,11 @@ def observability_warnings(
     if weak is None or max(weak.carpet_mm, weak.robot_top_mm) <= WARN_MM:
         return []
     rays = isinstance(fit.model, RayModel)
-    cost = say("cost.carpet", "{mm:.1f} mm on the carpet", mm=weak.carpet_mm)
+    cost = say("cost.carpet", "{mm:mm} mm on the carpet", mm=weak.carpet_mm)
     if rays:
         cost = say(
             "cost.robot-tops",
-            "{mm:.1f} mm on the carpet, {tops_mm:.0f} mm at robot-top height ({height_mm:g} mm)",
+            "{mm:mm} mm on the carpet, {tops_mm:mm} mm at robot-top height ({height_mm:g} mm)",
             mm=weak.carpet_mm,
             tops_mm=weak.robot_top_mm,
             height_mm=hat_height_mm,
@@ -143,7 +143,7 @@ def observability_warnings(
                 say(
                     "warning.height-unknown.fix",
                     "Measure and enter the camera height (± {cm:.0f} cm is enough). This reduces the "
-                    "error at robot tops from {mm:.0f} to {measured_mm:.1f} mm. Four points at a known height, "
+                    "error at robot tops from {mm:mm} to {measured_mm:mm} mm. Four points at a known height, "
                     "or a board calibration of the lens, also help.",
                     cm=TAPE_MM / 10,
                     mm=weak.robot_top_mm,

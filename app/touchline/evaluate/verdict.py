@@ -154,14 +154,14 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
     where = (
         say(
             "verdict.expected",
-            "Expected error on the carpet: {mm:.1f} mm (95 % below {mm_95:.1f} mm).",
+            "Expected error on the carpet: {mm:mm} mm (95 % below {mm_95:mm} mm).",
             mm=mm,
             mm_95=expected_95,
         )
         if mm == expected
-        else say("verdict.checked", "Error on check points: {mm:.1f} mm.", mm=mm)
+        else say("verdict.checked", "Error on check points: {mm:mm} mm.", mm=mm)
         if mm == known.check_mm
-        else say("verdict.cross-validated", "Cross-validated error: {mm:.1f} mm.", mm=mm)
+        else say("verdict.cross-validated", "Cross-validated error: {mm:mm} mm.", mm=mm)
     )
     # as in the comparison of all models: what it misses, and what it has elsewhere
     if known.apart_mm > GOOD_MM:
@@ -172,7 +172,7 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
         )
         where = say(
             "verdict.contradicted",
-            "Error inside the field: {mm:.1f} mm. {model} places the field "
+            "Error inside the field: {mm:mm} mm. {model} places the field "
             "{apart_mm:.0f} mm away with the same points.",
             mm=mm,
             model=known.freer,
@@ -186,7 +186,7 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
                 levels=_levels("unknown", known),
                 sentence=say(
                     "verdict.inside-unknown",
-                    "Accuracy inside the field is unknown. The border points fit within {mm:.1f} mm, "
+                    "Accuracy inside the field is unknown. The border points fit within {mm:mm} mm, "
                     "but no point inside was used. Add points on the centre circle.",
                     mm=mm,
                 ),
@@ -304,7 +304,7 @@ def _with_robot_tops(
             ),
         )
     begin = (
-        say("verdict.usable-only", "Usable.")
+        say("verdict.usable-only", "Usable in matches.")
         if level == "fair"
         else say("verdict.inaccurate-only", "Not accurate enough for matches.")
     )

@@ -165,7 +165,7 @@ class Verification:
                     "loose",
                     say(
                         "lines.loose",
-                        "The field model is {px:.1f} px from the detected lines.",
+                        "The field model is {px:px} px from the detected lines.",
                         px=self.rms_px,
                     ),
                     say(
@@ -224,7 +224,7 @@ def verdict_of(
         say(
             "lines.found",
             "{share:.0f} % of the expected lines were detected, with an average offset of "
-            "{px:.2f} px from the field model.",
+            "{px:px} px from the field model.",
             share=100 * proof.share,
             px=proof.rms_px,
         )

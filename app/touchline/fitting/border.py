@@ -3,6 +3,7 @@
 Fitted in a Chebyshev basis over the picture's own extent, where degree 8 still costs no digits.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -13,7 +14,7 @@ from numpy.polynomial import chebyshev
 from touchline.core.errors import FitFailed
 from touchline.core.geometry import Array, Indices, Mask, root_mean_square
 from touchline.core.sentences import the_border
-from touchline.core.statements import Sentence, capitalised, say
+from touchline.core.statements import Sentence, capitalised, join, say
 from touchline.fitting.contract import first_of_each_place
 from touchline.models.polynomial import Curve
 
@@ -279,18 +280,31 @@ def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, Sentence,
         )
 
     degree = next(d for d in rms_px if d == best or as_good(d))
-    listed = [
-        say("degree.error", "degree {degree} {px:.2f} px", degree=d, px=error)
-        for d, error in rms_px.items()
-        if abs(d - degree) <= 1 or d == best
-    ]
-    return (
-        degree,
+    return degree, _reason(degree, max(best, degree + 1), rms_px), outliers[degree]
+
+
+def _reason(degree: int, higher: int, rms_px: Mapping[int, float]) -> Sentence:
+    """Say what a degree gains. rms_px: of each degree that was tried."""
+    return join(
         say(
             "degree.automatic",
-            "Chosen: the lowest degree whose leave-one-out error is not significantly "
-            "worse than the best ({errors}).",
-            errors=listed,
+            "Chosen automatically: the curve through the other points predicts each point within {px:px} px.",
+            px=rms_px[degree],
         ),
-        outliers[degree],
+        ""
+        if rms_px.get(degree - 1, 0.0) <= rms_px[degree]
+        else say(
+            "degree.lower",
+            "Degree {degree} is worse, with {px:px} px.",
+            degree=degree - 1,
+            px=rms_px[degree - 1],
+        ),
+        ""
+        if higher not in rms_px
+        else say(
+            "degree.higher",
+            "Degree {degree} is not clearly better, with {px:px} px.",
+            degree=higher,
+            px=rms_px[higher],
+        ),
     )

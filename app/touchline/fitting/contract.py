@@ -279,7 +279,7 @@ def outlier_warnings(
             observations,
             i,
             k,
-            say("outlier.predicted", "is {px:.1f} px from its predicted position", px=abs(px)),
+            say("outlier.predicted", "is {px:px} px from its predicted position", px=abs(px)),
         )
         for (i, k), fine, px in zip(owners, inliers, pixels, strict=True)
         if not fine

@@ -394,7 +394,7 @@ def _outlier_warnings(
             k,
             say(
                 "outlier.curve",
-                "is {px:.1f} px from the curve through the other points",
+                "is {px:px} px from the curve through the other points",
                 px=abs(residual),
             ),
         )

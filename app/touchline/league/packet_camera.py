@@ -246,22 +246,22 @@ def _expected_error_in_words(name: str, expected: SigmaReport, fit: SigmaReport 
     if hat is None or max(mm, hat["rms"]) <= max(mm, GOOD_MM):
         return say(
             "publishing.received",
-            "Teams receive {camera} with an expected error of {mm:.1f} mm; the "
-            "calibration itself has {fit_mm:.1f} mm.",
+            "Teams receive {camera} with an expected error of {mm:mm} mm; the "
+            "calibration itself has {fit_mm:mm} mm.",
             **values,
         )
     if not hat.get("known", True):
         return say(
             "publishing.received-tops-unknown",
-            "Teams receive {camera} with an expected error of {mm:.1f} mm "
+            "Teams receive {camera} with an expected error of {mm:mm} mm "
             "on the carpet; at robot tops it is unknown, because the camera height is unknown. The calibration "
-            "itself has {fit_mm:.1f} mm.",
+            "itself has {fit_mm:mm} mm.",
             **values,
         )
     return say(
         "publishing.received-tops",
-        "Teams receive {camera} with an expected error of {mm:.1f} mm on the carpet "
-        "and {tops_mm:.1f} mm at robot tops; the calibration itself has {fit_mm:.1f} mm.",
+        "Teams receive {camera} with an expected error of {mm:mm} mm on the carpet "
+        "and {tops_mm:mm} mm at robot tops; the calibration itself has {fit_mm:mm} mm.",
         **values,
         tops_mm=hat["rms"],
     )

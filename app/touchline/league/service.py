@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from touchline.core.errors import BadInput, Conflict, NotFound, TouchlineError
-from touchline.core.json_values import JsonObject
+from touchline.core.json_values import JsonObject, number
 from touchline.core.records import Calibration, Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.evaluate.claims import Case, Claim, mm
+from touchline.evaluate.verdict import GOOD_MM
 from touchline.league.live import GeometryListener, Publisher, PublishStatus
 from touchline.league.packet import (
     PassedOn,
@@ -43,9 +44,12 @@ MERGED = ("numbers", "approved")  # by camera: those not named stay, null remove
 log = logging.getLogger("touchline")
 
 
-def packet_claim(found: Mapping[str, Any]) -> Claim:
-    """Return what teams receive. found: as GET /calibrations/{id}/packet answers."""
-    title, problem = say("claim.packet", "Received by teams"), found["problem"]
+def packet_claim(found: Mapping[str, Any], own_mm: float | None = None) -> Claim:
+    """Return what teams receive.
+
+    found: as GET /calibrations/{id}/packet answers. own_mm: the error inside the field by the version's verdict.
+    """
+    title, problem = say("claim.packet", "Error as received by teams"), found["problem"]
     if problem is not None:
         return Claim(
             "packet",
@@ -79,11 +83,20 @@ def packet_claim(found: Mapping[str, Any]) -> Claim:
             ),
             figure=mm(loss["worst_mm"], at_most=True),
         )
+    more = (
+        say(
+            "claim.packet.points-only",
+            "By the uncertainty of the points alone; the version itself is off by {mm:mm} mm.",
+            mm=own_mm,
+        )
+        if own_mm is not None and own_mm > max(expected["rms"], GOOD_MM)
+        else Sentence("")
+    )
     return Claim(
         "packet",
         "held" if found["level"] == "good" and not notes else "refuted",
         title,
-        join(asked, _tops(expected.get("hat")), *notes),
+        join(asked, more, _tops(expected.get("hat")), *notes),
         tried=("packet-decoded",),
         figure=mm(expected["rms"]),
     )
@@ -140,7 +153,7 @@ def _tops(hat: Mapping[str, Any] | None) -> Sentence:
         )
     return say(
         "claim.packet.tops",
-        "Robot tops ({height:.0f} mm): {error:.1f} mm.",
+        "Robot tops ({height:.0f} mm): {error:mm} mm.",
         height=hat["z_mm"],
         error=hat["rms"],
     )
@@ -485,7 +498,8 @@ async def packet_claims(
 ) -> list[Claim]:
     """Judge what teams would receive of a version."""
     service = services.part(PublishingService)
-    return [packet_claim(await services.run_in_thread(service.packet_json, calibration))]
+    own_mm = number((calibration.report.get("verdict") or {}).get("mm"))
+    return [packet_claim(await services.run_in_thread(service.packet_json, calibration), own_mm)]
 
 
 def site_claims(services: Services) -> list[Claim]:

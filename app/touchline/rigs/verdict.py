@@ -324,7 +324,7 @@ def of_fundamental(epipolar_px: Array, good: Mask, which: Indices) -> PairVerdic
     level = worst_level(_level_of_px(rms_px), "fair" if len(wrong) else "good")
     agreed = say(
         "pair.geometry",
-        "{n} of {all} matches agree with one geometry, within {px:.2f} px.",
+        "{n} of {all} matches agree with one geometry, within {px:px} px.",
         n=int(good.sum()),
         all=len(good),
         px=rms_px,
@@ -377,7 +377,7 @@ def of_calibrated(epipolar_px: Array, which: Indices) -> PairVerdict:
     level = _level_of_px(median)
     sentence = say(
         "pair.predicted",
-        "The matches are {px:.2f} px (median) from the position predicted by the two calibrations.",
+        "The matches are {px:px} px (median) from the position predicted by the two calibrations.",
         px=median,
     )
     if epipolar_px[worst] > max(FAR_OFF * median, FAIR_PX):
@@ -386,7 +386,7 @@ def of_calibrated(epipolar_px: Array, which: Indices) -> PairVerdict:
             sentence,
             say(
                 "pair.predicted-one.fix",
-                "Check match {match}, which is {px:.1f} px off: is it the same point in both "
+                "Check match {match}, which is {px:px} px off: is it the same point in both "
                 "images?",
                 match=int(which[worst]) + 1,
                 px=epipolar_px[worst],

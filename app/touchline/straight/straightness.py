@@ -324,7 +324,7 @@ def _sentence(fit: PlumbLineFit, verdict: SagVerdict) -> Sentence:
         return say(
             "straight.none",
             "No significant distortion. The largest bow of an edge is {bow_px:.2f} ± "
-            "{sigma_px:.2f} px. Without correction, edges are straight within {straight_px:.2f} px.",
+            "{sigma_px:.2f} px. Without correction, edges are straight within {straight_px:px} px.",
             bow_px=sag.px,
             sigma_px=sag.sigma_px,
             straight_px=fit.before_px,
@@ -339,7 +339,7 @@ def _sentence(fit: PlumbLineFit, verdict: SagVerdict) -> Sentence:
     return say(
         "straight.bows",
         "The lens bows an edge of {length_px:.0f} px by {bow_px} ± {sigma_px} px. After "
-        "correction, edges are straight within {straight_px:.2f} px.",
+        "correction, edges are straight within {straight_px:px} px.",
         length_px=sag.length_px,
         bow_px=f"{sag.px:.{digits}f}",
         sigma_px=f"{sag.sigma_px:.{digits}f}",
@@ -352,7 +352,7 @@ def _doubt(verdict: SagVerdict, edges_bow: CommonBow | None) -> Sentence:
     if edges_bow is None:
         return say(
             "straight.one-side",
-            "The edges bow by up to {bow_px:.1f} px, but none bows the opposite way on the "
+            "The edges bow by up to {bow_px:px} px, but none bows the opposite way on the "
             "other side of the image centre. It cannot be tested whether the lens or the edges themselves are "
             "bowed. Add straight edges on the other side.",
             bow_px=verdict.most.px,

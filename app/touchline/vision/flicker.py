@@ -160,14 +160,14 @@ def advice(flicker: Flicker | None) -> list[Advice]:
         what = (
             say(
                 "flicker.some-bands",
-                "{bands:.2g} bands of {percent:.1f} % move through the picture.",
+                "{bands:.2g} bands of {percent:percent} % move through the picture.",
                 bands=flicker["bands"],
                 percent=flicker["bands_pct"],
             )
             if (flicker["bands"] or 0) > 1
             else say(
                 "flicker.bands",
-                "bands of {percent:.1f} % move through the picture.",
+                "bands of {percent:percent} % move through the picture.",
                 percent=flicker["bands_pct"],
             )
         )
@@ -176,13 +176,13 @@ def advice(flicker: Flicker | None) -> list[Advice]:
         what = (
             say(
                 "flicker.varies",
-                "the brightness varies by {percent:.1f} %.",
+                "the brightness varies by {percent:percent} %.",
                 percent=flicker["amplitude_pct"],
             )
             if flicker["beat_hz"] is None
             else say(
                 "flicker.beats",
-                "the brightness varies by {percent:.1f} %, {hz:.1f} times a second in the picture.",
+                "the brightness varies by {percent:percent} %, {hz:.1f} times a second in the picture.",
                 percent=flicker["amplitude_pct"],
                 hz=flicker["beat_hz"],
             )

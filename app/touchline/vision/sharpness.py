@@ -236,7 +236,7 @@ def advice(sharpness: Sharpness) -> list[Advice]:
             message(
                 say(
                     "focus.all-soft",
-                    "Whole image soft: the sharpest edges are {px:.1f} px wide.",
+                    "Whole image soft: the sharpest edges are {px:px} px wide.",
                     px=best,
                 ),
                 say(
@@ -254,7 +254,7 @@ def advice(sharpness: Sharpness) -> list[Advice]:
         message(
             say(
                 "focus.zones-soft",
-                "{zones} soft: edges {px:.1f} px wide, {best_px:.1f} px in the sharpest area.",
+                "{zones} soft: edges {px:px} px wide, {best_px:px} px in the sharpest area.",
                 zones=first_capital(zone_names(soft, known)),
                 px=worst,
                 best_px=best,

@@ -17,9 +17,10 @@ import { activateCalibration } from "../versions/activate.js";
 const work = longWork();
 /** How far the registering is, and why it was refused. */
 export const { search: registering, refusal: notRegistered } = work;
+/** @typedef {{ median_mm: number | null, max_mm: number | null }} Apart from the active version */
 const last = signal(
   /**
-   * @type {{ camera: string, made: Registered, apart: { rms_mm: number | null, max_mm: number | null } | null } | null}
+   * @type {{ camera: string, made: Registered, apart: Apart | null } | null}
    */ (null),
 );
 /** The version that was made for the camera on show, as long as it is not used. */

@@ -121,7 +121,7 @@ function pointsState() {
 function verifyState() {
   const it = version.value;
   if (!it) return [false, t("shell.sentence.save-first")];
-  if (!isSaved.value) return [false, t("shell.sentence.changed-since")];
+  if (!isSaved.value) return [false, t("shell.sentence.draft-differs", { version: it.version })];
   if (it.active) return [true, t("shell.sentence.version-active", { version: it.version })];
   if (!camera.value) return [true, t("shell.sentence.version-saved", { version: it.version })];
   return [false, t("shell.sentence.version-inactive", { version: it.version })];

@@ -20,7 +20,6 @@ export const activationNextStep = computed(() => {
   const number = String(version.value?.version),
     name = t("common.activate-version", { version: number }),
     step = (/** @type {string} */ label, missing = "") => ({ action: "activate", label, missing });
-  if (!isSaved.value) return step(name, t("verify.save-first"));
   if (gate.value === "wait") return step(t("verify.checking"), t("verify.not-complete"));
   return step(
     gate.value === "problems" ? t("verify.activate-version-anyway", { version: number }) : name,

@@ -58,7 +58,7 @@ def test_lists_are_read_as_tuples_and_objects_as_records():
         ({"name": ""}, "name is too short"),
         ({"name": "a\n"}, "name is not valid"),
         ({"name": "a" * 9}, "name has more than 5 characters"),
-        ({"kind": "c"}, "kind is not 'a' or 'b'"),
+        ({"kind": "c"}, "kind is not one of 'a', 'b'"),
         ({"more": 1}, "more is unknown"),
         ({"spots": {}}, "spots is not a list"),
         ({1: 2}, "1 is unknown"),

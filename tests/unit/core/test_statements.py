@@ -4,6 +4,8 @@ import copy
 import json
 import pickle
 
+import pytest
+
 from touchline.core.statements import Sentence, join, named, read_statements, say, stated
 
 
@@ -14,6 +16,27 @@ def test_a_sentence_is_text_and_states_its_values_as_they_are_shown():
     assert said == "Expected error: 2.3 mm of 50 %."
     assert said.statements == ({"code": "verdict.expected", "values": {"mm": 2.3, "share": 50.0}},)
     assert json.loads(json.dumps(said)) == str(said)
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "shown"),
+    [
+        ("mm", 0.26, "0.3"),
+        ("mm", 9.94, "9.9"),
+        ("mm", 9.96, "10"),
+        ("mm", 123.4, "123"),
+        ("px", 0.123, "0.12"),
+        ("px", 0.996, "1.0"),
+        ("px", -3.456, "-3.5"),
+        ("percent", 4.56, "4.6"),
+        ("percent", 45.6, "46"),
+        ("mm", float("nan"), "nan"),
+    ],
+)
+def test_a_number_has_the_digits_of_its_unit(unit, value, shown):
+    said = say("a", f"It is {{x:{unit}}} {unit}.", x=value)
+    assert said == f"It is {shown} {unit}."
+    assert said.statements[0]["values"]["x"] == (shown if shown == "nan" else float(shown))
 
 
 def test_names_and_sentences_within_a_sentence_are_stated_by_themselves():

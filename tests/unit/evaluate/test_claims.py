@@ -276,6 +276,7 @@ def test_what_teams_receive_is_held_only_where_its_error_is_known():
     }
     assert packet_claim(sent).state == "held"
     assert packet_claim({**sent, "level": "fair"}).state == "refuted"
+    assert "off by 27 mm" in packet_claim({**sent, "level": "poor"}, 27.3).evidence
     unknown = packet_claim({**sent, "expected": None})
     assert unknown.state == "not-tested" and unknown.figure == mm(3.0, at_most=True)
     refused = packet_claim({**sent, "problem": {"what": "It cannot be.", "fix": "Use another."}})

@@ -23,7 +23,12 @@ def accuracy(carpet_mm: float, tops_mm: float | None = None, **others) -> FitAcc
     ("carpet_mm", "tops_mm", "level", "begin"),
     [
         (2, 3, "good", "Accurate enough for matches. Expected"),
-        (2, 9, "fair", "Usable. Accurate on the carpet, but robot tops may be off by about 9 mm."),
+        (
+            2,
+            9,
+            "fair",
+            "Usable in matches. Accurate on the carpet, but robot tops may be off by about 9 mm.",
+        ),
         (
             2,
             60,
@@ -47,7 +52,7 @@ def accuracy(carpet_mm: float, tops_mm: float | None = None, **others) -> FitAcc
             340,
             "poor",
             "Not accurate enough for matches: positions inside the field are off by centimetres. Robot tops "
-            "may be off by about 340 mm. Expected error on the carpet: 102.0 mm",
+            "may be off by about 340 mm. Expected error on the carpet: 102 mm",
         ),
     ],
 )

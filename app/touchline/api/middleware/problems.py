@@ -21,7 +21,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from touchline.core.errors import TouchlineError
 from touchline.core.json_values import fault_in_words, finite_json
 from touchline.core.sentences import SHUTTING_DOWN
-from touchline.core.statements import say, stated
+from touchline.core.statements import named, say, stated
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_S = 5  # after too many at once: what others asked for has moved on by then
@@ -56,6 +56,7 @@ VALUE_FIXES = {
     "string_too_long": "Shorten it.",
     "string_unicode": "Send valid Unicode text.",
     "model_attributes_type": "Send a JSON object, with Content-Type: application/json.",
+    "other": "Correct the value. See /api/v1/openapi.json for the format.",
 }
 
 VALUE_REASONS = {
@@ -142,10 +143,10 @@ def bad_request(errors: Sequence[Any]) -> Response:
     ]
     first = found[0] if found else {"at": "body", "what": "unreadable", "kind": "bad"}
     reason = VALUE_REASONS.get(first["kind"], "bad-request")
-    fix = VALUE_FIXES.get(
-        first["kind"], "Correct the value. See /api/v1/openapi.json for the format."
-    )
-    return problem(422, reason, f"{first['at']} {first['what']}.", fix, errors=found)
+    detail = say("fault", "{at} {what}.", at=first["at"], what=first["what"])
+    kind = first["kind"] if first["kind"] in VALUE_FIXES else "other"
+    fix = named(f"fault-fix.{kind}", VALUE_FIXES[kind])
+    return problem(422, reason, detail, fix, errors=found)
 
 
 def _what(error: Any) -> str:

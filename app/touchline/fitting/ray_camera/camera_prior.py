@@ -351,7 +351,7 @@ def residual_warnings(
             "residuals-too-large",
             say(
                 "warning.residuals-too-large",
-                "The points are {px:.1f} px off; at most {limit_px:.1f} px is expected.",
+                "The points are {px:px} px off; at most {limit_px:px} px is expected.",
                 px=rms_px,
                 limit_px=limit_px,
             ),
@@ -394,7 +394,7 @@ def given_lens_warnings(
             "residuals-too-large",
             say(
                 "warning.given-lens",
-                "The points are {px:.1f} px off with the given lens, and {own_px:.1f} px with a lens of "
+                "The points are {px:px} px off with the given lens, and {own_px:px} px with a lens of "
                 "their own.",
                 px=found.rms_px,
                 own_px=own.rms_px,

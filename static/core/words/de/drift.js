@@ -31,7 +31,7 @@ export default /** @type {const} */ ({
   "drift.picture": "Verschiebung der Feldlinien",
   "drift.places-seen": "Sichtbare Referenzpunkte",
   "drift.registered": "Version {version} kann aktiviert werden.",
-  "drift.registered.apart": "Die Positionen weichen von der aktiven Version um {distance} mm (RMS) ab, höchstens um {worst} mm.",
+  "drift.registered.apart": "Die Positionen weichen von der aktiven Version um {median} mm (Median) ab, höchstens um {worst} mm.",
   "drift.registered.compare": "Versionen vergleichen",
   "drift.registered.leave": "Schließen",
   "drift.registered.look": "Overlay ansehen",

@@ -40,7 +40,7 @@ export default /** @type {const} */ ({
   "help.stop.activate.text": "Aktivieren Sie die Version. Live-Bild, REST und SSL-Vision verwenden sie dann. Um zurückzukehren, aktivieren Sie eine frühere Version. Der Bericht und weitere Formate stehen im Seitenbereich.",
   "help.stop.activate.title": "Aktivierung",
   "help.stop.activate.version": "Version {version}",
-  "help.stop.borders.text": "Klicken Sie entlang jeder Begrenzung mindestens {points} Punkte an, auf der Mitte der gemalten Linie und von Ecke zu Ecke. Die Lupe zeigt die Pixel des Rohbilds. Pfeiltasten bewegen einen Punkt um 0,1 px.",
+  "help.stop.borders.text": "Meist werden die Begrenzungen automatisch erkannt. Sonst klicken Sie auf jeder {points} oder mehr Punkte, auf der Mitte der gemalten Linie und von Ecke zu Ecke. Die Lupe zeigt die Pixel des Rohbilds. Pfeiltasten bewegen einen Punkt um 0,1 px.",
   "help.stop.borders.title": "Punkte der Begrenzungen",
   "help.stop.camera.rate": "{rate} fps",
   "help.stop.camera.text": "Jede Kamera wird live angezeigt, mit Zustand und Bildrate. Nehmen Sie mit einer davon ein Bild auf, oder öffnen Sie eine Datei.",

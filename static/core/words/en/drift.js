@@ -31,7 +31,7 @@ export default /** @type {const} */ ({
   "drift.picture": "Displacement of the field lines",
   "drift.places-seen": "Reference points visible",
   "drift.registered": "Version {version} is ready to activate.",
-  "drift.registered.apart": "Positions differ from the active version by {distance} mm (rms), at most {worst} mm.",
+  "drift.registered.apart": "Positions differ from the active version by {median} mm (median), at most {worst} mm.",
   "drift.registered.compare": "Compare versions",
   "drift.registered.leave": "Close",
   "drift.registered.look": "View overlay",

@@ -40,7 +40,7 @@ export default /** @type {const} */ ({
   "help.stop.activate.text": "Activate the version. The live picture, REST and SSL-Vision then use it. To go back, activate an earlier version. The report and other formats are in the panel.",
   "help.stop.activate.title": "Activation",
   "help.stop.activate.version": "version {version}",
-  "help.stop.borders.text": "Click {points} or more points along each border, on the middle of its painted line and from corner to corner. The loupe shows raw pixels. Arrow keys move a point by 0.1 px.",
+  "help.stop.borders.text": "The borders are usually detected automatically. Otherwise click {points} or more points along each one, on the middle of its painted line and from corner to corner. The loupe shows raw pixels. Arrow keys move a point by 0.1 px.",
   "help.stop.borders.title": "Border points",
   "help.stop.camera.rate": "{rate} fps",
   "help.stop.camera.text": "Each camera is shown live, with its state and frame rate. Take an image with one of them, or open a file.",

@@ -1,6 +1,6 @@
 // One option of a model as a form field, built from what the server says about it: name, type, range, unit, help.
 import { change, doc } from "../../../core/document.js";
-import { capitalised } from "../../../core/format.js";
+import { optionName } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { model, modelTitle } from "../../../core/state.js";
 import { nameOr, t } from "../../../core/words.js";
@@ -47,7 +47,7 @@ export function OptionRow({ option, id, value, set }) {
     about = { id, "data-testid": id, "aria-describedby": `${id}-help` };
   return html`<div class=${`option ${type}`}>
     <label class="pair" for=${id}>
-      <span>${label(name)}</span>
+      <span>${optionName(name)}</span>
       <span class="with-unit">
         <${Control} option=${option} value=${value} set=${set} about=${about} />
         ${unit && html`<small>${unit}</small>`}
@@ -58,12 +58,6 @@ export function OptionRow({ option, id, value, set }) {
       ${range(option)}
     </p>
   </div>`;
-}
-
-/** What an option is called; the unit stands beside the field. @param {string} name */
-function label(name) {
-  const text = name.replace(/_(px|mm|deg|pct)$/, "").replaceAll("_", " ");
-  return nameOr(`calibrate.option.${name.replaceAll("_", "-")}`, capitalised(text));
 }
 
 /** What a choice is called: a model, a colour, or one of its own; numbers as they are. @param {string} choice */
@@ -197,7 +191,7 @@ function Names({ option: { name, choices }, value, set, about }) {
   /** @param {string} one */
   const toggle = (one) =>
     set(chosen.includes(one) ? chosen.filter((c) => c !== one) : [...chosen, one]);
-  return html`<span class="terms" role="group" aria-label=${label(name)}>
+  return html`<span class="terms" role="group" aria-label=${optionName(name)}>
     ${choices.map(
       (one, i) => html`<label key=${one}>
       <input

@@ -86,7 +86,7 @@ function RegisteredVersion() {
     ${
       it.apart &&
       html`<p class="reason">
-      ${t("drift.registered.apart", { distance: mm(it.apart.rms_mm), worst: mm(it.apart.max_mm) })}
+      ${t("drift.registered.apart", { median: mm(it.apart.median_mm), worst: mm(it.apart.max_mm) })}
     </p>`
     }
     <div class="line wrap">

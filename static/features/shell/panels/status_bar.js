@@ -77,7 +77,7 @@ export function StatusBar() {
           ${rich(it.active ? "shell.status.version-active" : "shell.status.version-saved", {
             version: it.version,
           })}
-          ${isSaved.value ? "" : t("shell.status.changed-since")}
+          ${isSaved.value ? "" : t("shell.status.draft-differs")}
         `
           : snapshot.value
             ? t("shell.status.no-version")

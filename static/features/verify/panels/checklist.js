@@ -51,16 +51,19 @@ export function Checklist() {
   const { report } = it,
     tops = robotTopsMm(report);
   const passed = checks.value.filter((c) => c.state === "ok"),
-    open = checks.value.filter((c) => c.state !== "ok");
+    open = checks.value
+      .filter((c) => c.state !== "ok")
+      .toSorted((a, b) => Number(b.isProblem) - Number(a.isProblem)),
+    shown = isSaved.value ? gate.value : "not-tested"; // the checks are not of what is shown on the left
   const causeOf = (/** @type {import("../types").Check} */ c) =>
       report.warnings.find((w) => SAME_CAUSE[w.reason] === c.id),
     others = report.warnings.filter((w) => !open.some((c) => SAME_CAUSE[w.reason] === c.id));
   return html`
     <section class="checklist" aria-label=${t("verify.checklist")} data-testid="checklist" data-gate=${gate.value}>
       <h1 class="sr">${current.value.label} – Touchline</h1>
-      <div class=${`headline ${gate.value}`} role="status">
-        <${Icon} state=${GATE_ICONS[gate.value]} />
-        <h2 data-testid="headline">${headline(it.active)}</h2>
+      <div class=${`headline ${shown}`} role="status">
+        <${Icon} state=${GATE_ICONS[shown]} />
+        <h2 data-testid="headline">${headline(it)}</h2>
         <small data-testid="sentence">${current.value.sentence}</small>
       </div>
       <dl class="figures" data-testid="verdict" data-level=${report.verdict.level}>
@@ -102,9 +105,11 @@ export function Checklist() {
   `;
 }
 
-/** @param {boolean} isActive */
-function headline(isActive) {
+/** @param {import("../../../core/types").Calibration} it */
+function headline(it) {
+  const isActive = it.active;
   const count = problemCount.value;
+  if (!isSaved.value) return t("verify.headline.draft-differs", { version: it.version });
   switch (gate.value) {
     case "wait":
       return t("verify.checking");
@@ -140,7 +145,7 @@ const Item = ({ it, cause }) => html`<li
   data-testid=${`check-${it.id}`}
   data-state=${it.state}
 >
-  <${Icon} state=${it.state} />
+  <${Icon} state=${it.isProblem ? "bad" : it.state} />
   <b>${it.title}</b>
   ${it.value && html`<em>${it.value}</em>`}
   <p>

@@ -63,7 +63,7 @@ export default {
   "verdict.usable": "Brauchbar. Positionen können um bis zu {mm} mm abweichen.",
   "verdict.usable-but-robot-tops": "Auf dem Teppich brauchbar, aber Roboteroberseiten können um etwa {mm} mm abweichen.",
   "verdict.usable-but-robot-tops-unknown": "Auf dem Teppich brauchbar, aber der Fehler an Roboteroberseiten ist unbekannt, weil die Kamerahöhe unbekannt ist.",
-  "verdict.usable-only": "Brauchbar.",
+  "verdict.usable-only": "Im Spiel brauchbar.",
   "verdict.usable-with-care": "Mit Vorsicht brauchbar. {why}",
   "warning.another-lens": "{model} legt das Feld mit denselben Punkten {mm} mm daneben. Dieses Objektivmodell beschreibt das Objektiv vielleicht nicht richtig.",
   "warning.another-lens.fix": "Verwenden Sie {model}, oder vergleichen Sie alle Modelle.",
