@@ -17,10 +17,10 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 497_400,
+    "tokens": 501_800,
     "files": 359,
-    "untyped dictionaries": 451,
-    "modules with one importer": 53,
+    "untyped dictionaries": 450,
+    "modules with one importer": 52,
     "breaks": 0,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here

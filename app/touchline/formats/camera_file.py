@@ -1,7 +1,7 @@
 """A camera read from a file, checked, and in OpenCV's numbers, which ROS, mrcal, Kalibr and PhotonVision follow."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -19,7 +19,7 @@ from touchline.formats.approximation import (
     metadata_from_comment,
     metadata_from_json,
 )
-from touchline.formats.document import Document, parse
+from touchline.formats.document import FileContent, parse
 from touchline.formats.numbers import format_error, number, numbers
 from touchline.formats.stated_camera import (
     MATRIX,
@@ -316,7 +316,7 @@ def _doubts(found: CameraFile) -> Iterator[str]:
         yield f"The lens ends inside the image: {lost:.0%} of the image's edge has no line of sight."
 
 
-def cameras_in(document: Document) -> dict[str, tuple[str, JsonObject]]:
+def cameras_in(document: FileContent) -> dict[str, tuple[str, JsonObject]]:
     """Return the cameras of a file by name, "" for a file that is one: the program, and the mapping of its numbers."""
     found: dict[str, tuple[str, JsonObject]] = {}
     for content in document.contents:
@@ -364,7 +364,7 @@ def _below(name: str, key: str) -> str:
     return f"{name}.{key}" if name else key[:64]
 
 
-def _with_dots_as_levels(value: Mapping[str, Any]) -> JsonObject:
+def _with_dots_as_levels(value: JsonObject) -> JsonObject:
     """Return ORB-SLAM's Camera.fx as {"Camera": {"fx": …}}; what its first camera says holds for Camera1 as well."""
     nested: JsonObject = {}
     for key, part in value.items():
@@ -377,7 +377,7 @@ def _with_dots_as_levels(value: Mapping[str, Any]) -> JsonObject:
     return {name: common | part for name, part in nested.items()}
 
 
-def _by_affix(value: Mapping[str, Any]) -> dict[str, JsonObject]:
+def _by_affix(value: JsonObject) -> dict[str, JsonObject]:
     """Return the cameras of one mapping whose names differ by what stands before or after: M1 and D1, M2 and D2."""
     groups: dict[str, JsonObject] = {}
     shared: JsonObject = {}

@@ -18,6 +18,7 @@ from touchline.core.strict_yaml import MAX_BYTES, MAX_DEPTH, texts_from_yaml
 from touchline.formats.numbers import format_error
 
 MAX_FILE_BYTES = 64 << 20  # with the pictures of its board
+MAX_TOML_BYTES = 32 * 1024  # a key of n parts takes n² steps
 PICTURE = re.compile(rb'"[^"\\]{4096,}"')  # a picture in base64 as a JSON string
 SOLVED = re.compile(rb""":\s{0,9}b(?:'[^'\n]*'|"[^"\n]*")""")  # what mrcal has solved, compressed
 PYTHON = re.compile(rb"""'[^'\n]*'|"[^"\n]*"|\#[^\n]*|[()]""")
@@ -34,14 +35,14 @@ SPACE = b" \t\r\n"
 
 
 @dataclass(frozen=True)
-class Document:
+class FileContent:
     """syntax: "JSON", "XML", …, for people. content: each document of a YAML stream; else one."""
 
     syntax: str
     contents: tuple[Any, ...]
 
 
-def parse(data: bytes) -> Document:
+def parse(data: bytes) -> FileContent:
     """Return a file's content; BadInput where it is no text, or not well formed."""
     data = _as_utf8(data)
     if b"<VarXML" in data[:1024]:
@@ -51,10 +52,10 @@ def parse(data: bytes) -> Document:
             reason="unknown-file",
         )
     if data.lstrip(SPACE)[:1] == b"<":
-        return Document("XML", (_from_xml(_limited(data)),))
+        return FileContent("XML", (_from_xml(_limited(data)),))
     if JSON.match(data):
         try:
-            return Document("JSON", (json.loads(_limited(PICTURE.sub(b'""', data))),))
+            return FileContent("JSON", (json.loads(_limited(PICTURE.sub(b'""', data))),))
         except (ValueError, RecursionError) as error:
             if b"'" not in data[:4096]:  # not Python's either
                 raise format_error(
@@ -65,15 +66,15 @@ def parse(data: bytes) -> Document:
     lines = [line for line in text.splitlines() if line.strip()]
     line = next((line for line in lines if not line.startswith("#")), "")
     if OST.match(lines[0] if lines else "") or OST.match(line):
-        return Document("oST", (_from_ost(text),))
+        return FileContent("oST", (_from_ost(text),))
     if COLMAP.fullmatch(line.strip()):
-        return Document("COLMAP", (_from_colmap(lines),))
+        return FileContent("COLMAP", (_from_colmap(lines),))
     if TOML.match(line):
-        return Document("TOML", (_from_toml(text),))
+        return FileContent("TOML", (_from_toml(_limited(data, MAX_TOML_BYTES)),))
     if line.lstrip()[:1] == "{":  # Python's literals are YAML but for the brackets of tuples
         data = PYTHON.sub(lambda found: {b"(": b"[", b")": b"]"}.get(found[0], found[0]), data)
     plain = DIRECTIVE.sub(b"", data).replace(b"\t", b"    ")
-    return Document("YAML", tuple(texts_from_yaml(plain, "The file", TAGS)))
+    return FileContent("YAML", tuple(texts_from_yaml(plain, "The file", TAGS)))
 
 
 def _as_utf8(data: bytes) -> bytes:
@@ -88,18 +89,18 @@ def _as_utf8(data: bytes) -> bytes:
     return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
-def _limited(data: bytes) -> bytes:
-    if len(data) > MAX_BYTES:
+def _limited(data: bytes, most: int = MAX_BYTES) -> bytes:
+    if len(data) > most:
         raise format_error(
-            f"The file has {len(data)} bytes besides pictures. The limit is {MAX_BYTES}.",
+            f"The file has {len(data)} bytes besides pictures. The limit is {most}.",
             "Use a file with one calibration.",
         )
     return data
 
 
-def _from_toml(text: str) -> JsonObject:
+def _from_toml(data: bytes) -> JsonObject:
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(data.decode())
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise format_error(
             f"The file is not valid TOML: {str(error)[:99]}.", "Export the file again."

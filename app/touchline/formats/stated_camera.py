@@ -5,7 +5,7 @@ names first. A name counts without case, dashes, points and underscores.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -138,7 +138,7 @@ class StatedCamera:
 class Names:
     """A mapping by its names as they count: the first of several that count the same."""
 
-    def __init__(self, mapping: Mapping[str, Any]) -> None:
+    def __init__(self, mapping: JsonObject) -> None:
         self.keys: dict[str, str] = {}
         for key in mapping:
             self.keys.setdefault(plain(key), key)
@@ -162,7 +162,7 @@ def plain(key: object) -> str:
     return re.sub(r"[^a-z0-9]", "", str(key).lower())
 
 
-def program_of(value: Mapping[str, Any], syntax: str) -> str | None:
+def program_of(value: JsonObject, syntax: str) -> str | None:
     """Return the program whose camera this mapping is; None where it is no camera."""
     names = Names(value)
     has = names.has
@@ -194,7 +194,7 @@ def is_matrix(value: Any) -> bool:
 
 
 def stated_camera(
-    value: Mapping[str, Any], program: str, at: str, given: str | None = None
+    value: JsonObject, program: str, at: str, given: str | None = None
 ) -> StatedCamera:
     """Read a camera's numbers; BadInput names the place of what is wrong.
 
@@ -237,7 +237,7 @@ def stated_camera(
     )
 
 
-def _usual(value: Mapping[str, Any], program: str, at: str) -> tuple[JsonObject, str | None, float]:
+def _usual(value: JsonObject, program: str, at: str) -> tuple[JsonObject, str | None, float]:
     """Bring a form of its own into the usual names; return also the lens, and what is added to the centre, px."""
     names = Names(value)
     if program == "colmap":
