@@ -240,7 +240,10 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
                 count=len(cameras),
                 names=", ".join(cameras),
             ),
-            say("import.several-cameras.fix", "Choose one of them: entry."),
+            say(
+                "import.several-cameras.fix",
+                "Choose one of them. From a program, send its name as entry.",
+            ),
             reason="several-cameras",
             entries=[*cameras],
         )
@@ -260,7 +263,10 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
                 "The file does not state its lens: four coefficients are k1, k2, p1, p2 of an ordinary lens, or k1 to "
                 "k4 of a fisheye.",
             ),
-            say("import.unstated-lens.fix", "Choose the lens: model, as brown-conrady or fisheye."),
+            say(
+                "import.unstated-lens.fix",
+                "Choose the lens. From a program, send model as brown-conrady or fisheye.",
+            ),
             reason="unstated-lens",
         )
     return _camera_file(stated, stated.lens, value, data)

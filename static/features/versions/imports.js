@@ -1,6 +1,7 @@
 // Imports calibrations from files, ours or of other programs; the operator adds what a file does not hold.
 import { signal } from "@preact/signals";
 import { Problem, request, toRefusal } from "../../core/api.js";
+import { go } from "../../core/route.js";
 import { busy, cameras, notify } from "../../core/state.js";
 import { t } from "../../core/words.js";
 
@@ -77,8 +78,9 @@ export async function importFile(file, stated = {}) {
     const text = `${name}: ${message}`,
       choices = error instanceof Problem ? choicesOf(toRefusal(error)) : [];
     imported.value = { ...outcome, why: { detail: text, fix }, choices };
-    // the file may have been dropped far from the button
-    notify({ level: "warn", text, fix, about: ABOUT });
+    // the file may have been dropped on another page
+    if (choices.length > 0) go("import");
+    else notify({ level: "warn", text, fix, about: ABOUT });
   } finally {
     busy.value = "";
   }
