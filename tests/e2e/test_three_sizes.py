@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.e2e.conftest import LONG_MS
+from tests.e2e.conftest import LONG_MS, running
 from tests.support.demo_cameras import CAMERAS
 from tests.support.words import t
 
@@ -29,6 +29,12 @@ SMALL = """() => [...document.querySelectorAll("a[href], button, input, select, 
   })
   .map((it) => `${it.tagName} ${it.dataset.testid ?? ""} ${it.textContent.trim().slice(0, 30)}`)"""
 CUT = """(it) => it.scrollWidth > it.clientWidth + 1 || it.scrollHeight > it.clientHeight + 1"""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    """Of this file alone: the next step depends on what is calibrated."""
+    yield from running(tmp_path_factory.mktemp("data"))
 
 
 @pytest.mark.parametrize("size", SIZES, ids=str)
