@@ -20,13 +20,14 @@ from touchline.formats.approximation import (
     metadata_from_json,
 )
 from touchline.formats.document import FileContent, parse
-from touchline.formats.numbers import format_error, number, numbers
+from touchline.formats.numbers import flat_numbers, format_error, number, numbers
 from touchline.formats.stated_camera import (
+    INHERITED,
     MATRIX,
     PROGRAMS,
+    UNREAD,
     Names,
     StatedCamera,
-    flat_numbers,
     is_matrix,
     plain,
     program_of,
@@ -43,13 +44,14 @@ LENSES_WITH_FISHEYE = {**LENSES, "fisheye": FISHEYE_TERMS}
 
 MAX_FOCAL_PX = 1e6
 MM_PER_M = 1000.0  # of mrcal's lengths
-MAX_LEVELS = 4  # down to a camera
+MAX_LEVELS = 6  # down to a camera
 MAX_CAMERAS = 64
 NO_METADATA = Metadata()
+NEAR = 0.1  # of the shorter side
 BORDER = np.linspace(0, 1, 17)  # places along a side of the image where its lens is tried
 # of a stereo pair in one mapping: M1 and D1, cameraMatrixLeft, cam_0_matrix
-AFTER = re.compile(r"(.+?)([0-9]|left|right|l|r)")
-BEFORE = re.compile(r"(left|right|cam(?:era)?[0-9])(.+)")
+AFTER = re.compile(r"(.+?)([0-9]{1,3}|left|right|l|r)")
+BEFORE = re.compile(r"(left|right|cam(?:era)?[0-9]{1,3})(.+)")
 
 
 def intrinsics_of(camera: RayCamera) -> tuple[float, float, float, float]:
@@ -221,7 +223,7 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
         raise BadInput(
             say(
                 "import.no-camera",
-                "The file ({syntax}) contains no camera.",
+                "The file ({syntax}) contains no camera in a form that is read.",
                 syntax=document.syntax,
             ),
             say(
@@ -312,6 +314,12 @@ def _doubts(found: CameraFile) -> Iterator[str]:
     if not (0 <= cx <= width and 0 <= cy <= height):
         yield f"The principal point ({cx:.0f}, {cy:.0f}) is outside the image: check the image size."
         return
+    near = NEAR * min(width, height)
+    if np.hypot(cx - height / 2, cy - width / 2) < near < np.hypot(cx - width / 2, cy - height / 2):
+        yield (
+            f"The principal point ({cx:.0f}, {cy:.0f}) is in the middle of an image of {height} × {width} px: check "
+            "whether the file states its size as height and width."
+        )
     ends = np.array([0, 1])
     along, across = np.meshgrid(BORDER, ends), np.meshgrid(ends, BORDER)
     border = np.concatenate([np.stack(each, -1).reshape(-1, 2) for each in (along, across)])
@@ -359,8 +367,17 @@ def _cameras(
     pairs = _by_affix(value)
     for affix, part in pairs.items():
         yield affix, "opencv", part
+    inherited = {key: part for key, part in value.items() if _is_of_what_is_below(key, part)}
     for key, part in value.items() if not pairs else ():
+        if isinstance(part, dict):
+            about = inherited | ({"fisheye": True} if "fisheye" in plain(key) else {})
+            part = {k: v for k, v in about.items() if k != key} | part
         yield from _cameras(part, syntax, _below(name, str(key)), level + 1)
+
+
+def _is_of_what_is_below(key: str, part: Any) -> bool:
+    """Whether it says what the lens of a camera one level down is, or may: a name, coefficients, or neither."""
+    return plain(key) in INHERITED or (UNREAD.fullmatch(plain(key)) is not None and bool(part))
 
 
 def _below(name: str, key: str) -> str:
@@ -379,7 +396,10 @@ def _with_dots_as_levels(value: JsonObject) -> JsonObject:
             nested.setdefault(head, {"orb_slam": "1"})[tail] = part
     if not nested:
         return dict(value)
-    common = nested.pop("Camera", {}) if len(nested) > 1 else {}
+    first = nested.get("Camera", {})
+    if len(nested) > 1 and "fx" not in first:
+        nested.pop("Camera")
+    common = {key: first[key] for key in ("type", "width", "height") if key in first}
     return {name: common | part for name, part in nested.items()}
 
 

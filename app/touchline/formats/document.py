@@ -19,9 +19,10 @@ from touchline.formats.numbers import format_error
 
 MAX_FILE_BYTES = 64 << 20  # with the pictures of its board
 MAX_TOML_BYTES = 32 * 1024  # a key of n parts takes n² steps
-PICTURE = re.compile(rb'"[^"\\]{4096,}"')  # a picture in base64 as a JSON string
+PICTURE = re.compile(rb'"[A-Za-z0-9+/=]{4096,}"')  # in base64, as a JSON string
 SOLVED = re.compile(rb""":\s{0,9}b(?:'[^'\n]*'|"[^"\n]*")""")  # what mrcal has solved, compressed
 PYTHON = re.compile(rb"""'[^'\n]*'|"[^"\n]*"|\#[^\n]*|[()]""")
+NO_SPACE = re.compile(rb"^([ ]*[A-Za-z_][\w.]*):(?=[^\s:/\\])", re.MULTILINE)  # as OpenCV reads it
 DIRECTIVE = re.compile(rb"^%YAML[^\n]*\n", re.MULTILINE)
 TAGS = frozenset(
     f"tag:yaml.org,2002:{name}"
@@ -73,7 +74,7 @@ def parse(data: bytes) -> FileContent:
         return FileContent("TOML", (_from_toml(_limited(data, MAX_TOML_BYTES)),))
     if line.lstrip()[:1] == "{":  # Python's literals are YAML but for the brackets of tuples
         data = PYTHON.sub(lambda found: {b"(": b"[", b")": b"]"}.get(found[0], found[0]), data)
-    plain = DIRECTIVE.sub(b"", data).replace(b"\t", b"    ")
+    plain = NO_SPACE.sub(rb"\1: ", DIRECTIVE.sub(b"", data).replace(b"\t", b"    "))
     return FileContent("YAML", tuple(texts_from_yaml(plain, "The file", TAGS)))
 
 
@@ -129,22 +130,25 @@ def _from_colmap(lines: list[str]) -> JsonObject:
 
 def _from_ost(text: str) -> JsonObject:
     """Return ROS's oST: sections in brackets, in which a name stands above its numbers."""
-    camera: JsonObject = {}
-    name = title = ""
+    cameras: JsonObject = {}
+    size: JsonObject = {}
+    camera = size
+    title = ""
     for line in (line.strip() for line in text.splitlines()):
         if not line or line.startswith("#"):
             continue
-        if line.startswith("["):
-            name = line.strip("[]")
+        if line == "[image]":
+            camera = size = {}
+        elif line.startswith("["):
+            camera = cameras[line.strip("[]")] = {
+                f"image_{side}": size[side][0] for side in ("width", "height") if size.get(side)
+            }
         elif line[0].isalpha():
             title = line.replace(" ", "_")
             camera[title] = []
-        elif title:
+        elif title in camera:
             camera[title] += line.split()
-    for side in ("width", "height"):
-        if side in camera:
-            camera[f"image_{side}"] = camera.pop(side)[0] if camera[side] else None
-    return {name or "camera": camera}
+    return cameras
 
 
 class _XmlReader:

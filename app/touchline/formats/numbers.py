@@ -86,16 +86,47 @@ def require(value: Any, key: str, at: str) -> Any:
     return value[key]
 
 
-def matrix(value: Any, at: str, rows: int, columns: int) -> tuple[float, ...]:
-    """Return the numbers of {rows, cols, data}, row by row, after checking the shape."""
-    shape = tuple(
-        integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols")
-    )
-    if shape != (rows, columns):
-        raise format_error(
-            f"{at} is {shape[0]} × {shape[1]}.", f"Use a matrix of {rows} × {columns}."
-        )
-    return numbers(require(value, "data", at), f"{at}.data", (rows * columns,))
+def flat_numbers(value: Any, at: str) -> list[Any]:
+    """Return the numbers of a row or column in any shape: a list, a list of lists, {rows, cols, data}."""
+    if isinstance(value, dict):
+        flat = flat_numbers(value.get("data", []), f"{at}.data")
+        if "rows" in value or "cols" in value:
+            rows, columns = (
+                integer(value.get(key), f"{at}.{key}", 0, 100) for key in ("rows", "cols")
+            )
+            if min(rows, columns) > 1:
+                raise format_error(f"{at} is {rows} × {columns}.", "Use one row or one column.")
+            if rows * columns != len(flat):
+                raise format_error(
+                    f"{at} has {len(flat)} numbers for {rows} × {columns}.", "Correct the file."
+                )
+        return flat
+    if not isinstance(value, list):
+        raise format_error(f"{at} is not a list of numbers.", "Use the distortion coefficients.")
+    if value and all(isinstance(row, list) for row in value):
+        if len(value) > 1 and any(len(row) != 1 for row in value):
+            raise format_error(f"{at} is not one row or one column.", "Use one row or one column.")
+        return [number for row in value for number in row]
+    return value
+
+
+def camera_matrix(value: Any, at: str) -> tuple[float, ...]:
+    """Return the numbers of a 3 × 3 matrix row by row: {rows, cols, data}, nine, or three rows of three.
+
+    One that is written column by column is known by its last row, 0 0 1, which is then its last column.
+    """
+    if isinstance(value, dict):
+        shape = tuple(integer(value.get(key, 3), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
+        if shape != (3, 3):
+            raise format_error(f"{at} is {shape[0]} × {shape[1]}.", "Use a matrix of 3 × 3.")
+        return camera_matrix(value.get("data"), f"{at}.data")
+    if isinstance(value, list) and len(value) == 3:
+        rows = [numbers(row, f"{at}[{i}]", (3,)) for i, row in enumerate(value)]
+        nine = rows[0] + rows[1] + rows[2]
+    else:
+        nine = numbers(value, at, (9,))
+    by_columns = not any((nine[2], nine[5])) and any(nine[6:8])
+    return tuple(nine[3 * i + j] for j in range(3) for i in range(3)) if by_columns else nine
 
 
 def checked_size(width: Any, height: Any) -> ImageSize:

@@ -12,10 +12,10 @@ from typing import Any
 from touchline.core.geometry import ImageSize
 from touchline.core.json_values import JsonObject
 from touchline.formats.numbers import (
+    camera_matrix,
     checked_size,
+    flat_numbers,
     format_error,
-    integer,
-    matrix,
     number,
     numbers,
 )
@@ -46,11 +46,25 @@ TERMS = [
     "camkc",
     "kc",
     "camdist",
+    "coeffs",
+    "coeff",
+    "distcoef",
+    "distort",
+    "cameradistortion",
     "cameraextrinsics",  # so PhotonVision called them once
 ]
 WIDTH = ["imagewidth", "width", "camerawidth", "imgwidth", "framewidth"]
 HEIGHT = ["imageheight", "height", "cameraheight", "imgheight", "frameheight"]
-SIZE = ["imagesize", "imgsize", "resolution", "size", "imagersize", "framesize", "imageresolution"]
+SIZE = [
+    "calibdimension",
+    "imagesize",
+    "imgsize",
+    "resolution",
+    "size",
+    "imagersize",
+    "framesize",
+    "imageresolution",
+]
 LENS = [
     "distortionmodel",
     "cameramodel",
@@ -60,6 +74,7 @@ LENS = [
     "cameratype",
     "distortiontype",
     "projectionmodel",
+    "projection",
     "type",
     "model",
 ]
@@ -70,16 +85,27 @@ BROWN_COUNTS = (0, 4, 5, 8, 12, 14)
 # what programs call the two lenses, and those that we have no lens for
 LENSES = {
     "brown-conrady": re.compile(
-        r"(lensmodel)?opencv(4|5|8|12)?|plumbbob|radtan|radialtangential|rational(polynomial)?|"
-        r"brown(conrady)?|rectilinear|none|lensmodelpinhole|pinholefull"
+        r"(lensmodel)?opencv(4|5|8|12)?|plumbbob|radtan|(pinhole)?radialtangential|rectilinear|"
+        r"rational(polynomial)?|(distortion)?brown(conrady)?|none|lensmodelpinhole|pinholefull"
     ),
-    "fisheye": re.compile(r"equi(distant)?|(opencv)?fisheye|kannalabrandt(4|8)?|kb(4|8)?"),
+    "fisheye": re.compile(
+        r"equi(distant)?|(opencv)?fisheye|(distortion)?kannalabrandt(4|8)?|kb(4|8)?"
+    ),
 }
 OTHER_LENSES = re.compile(
-    r"(lensmodel)?(omni|mei|ds|doublesphere|eucm|ucm|fov|sphericalfov|(splined)?st[ei]riographic|"
+    r"(lensmodel|distortion)?(omni(directional)?(universal|radtan)?|universalomni|mei|ds|doublesphere|eucm|ucm|fov|sphericalfov|(splined)?st[ei]riographic|"
     r"(splined)?stereographic|cahvore?|scaramuzza|ocam|ftheta|thinprismfisheye|division)"
-    r"(radtan|none|equi)?|(distortion)?(inverse|modified)brownconrady"
+    r"(radtan|none|equi)?|(distortion)?(inverse|modified)brownconrady|radialdivision|poly[0-9]"
 )
+WHOLE = ("distortion", "distortionparameters", "distortioncoefficients", "distcoeffs", "d")
+# what may be a lens's numbers under a name that is not read
+UNREAD = re.compile(
+    r".*distort.*|dist.?c.*|.*coef.*|radial.*|tangential.*|kc|xi|mirror.*|params?|parameters|alpha|beta|"
+    r"skew"
+)
+ALWAYS_UNREAD = ("xi", "skew", "mirroroffset")  # whatever terms there are
+# what a mapping says of the camera in it
+INHERITED = (*LENS, *IS_FISHEYE, *TERMS, "calibdimension")
 # COLMAP's models: our lens, and what their parameters are called
 COLMAP = {
     "SIMPLE_PINHOLE": ("brown-conrady", "f cx cy"),
@@ -216,7 +242,8 @@ def stated_camera(
         lensmodel = str(next(names.find(LENS))[1])
         numbers(found and found[1], at + "intrinsics", (4 + MRCAL_COUNTS.get(lensmodel[10:], 0),))
     terms = _terms(names, lens, more, at)
-    if not terms and lens is None:
+    _refuse_unread(names, at, is_complete=bool(terms) or program in ("matlab", "colmap", "vins"))
+    if not terms and not _says_none(names):
         notes.append("The file states no distortion.")
     if lens is None and len(terms) != 4:  # a fisheye has four
         lens = "brown-conrady"
@@ -264,15 +291,32 @@ def _usual(value: JsonObject, program: str, at: str) -> tuple[JsonObject, str | 
         if "mu" in usual:  # Kannala and Brandt's: r = θ + k2 θ³ + k3 θ⁵ + …
             usual |= {ours: usual[name] for name, ours in VINS_FISHEYE.items() if name in usual}
             usual.pop("k5", None)
+        usual.pop("fisheye", None)  # whether a mask is used
         return usual, None, 0.0
-    return dict(value), None, 0.0
+    return _without_whole(value, names), None, 0.0
+
+
+def _without_whole(value: JsonObject, names: Names) -> JsonObject:
+    """Return a camera with the coefficients that stand as {type, parameters} or {k1, k2, …} in usual names."""
+    whole = next((it for it in names.find(WHOLE) if isinstance(it[1], dict)), None)
+    if whole is None or "data" in whole[1]:
+        return dict(value)
+    usual = {key: part for key, part in value.items() if key != whole[0]}
+    inside: JsonObject = whole[1]
+    parts = Names(inside)
+    parameters = parts.first("parameters", "params")
+    if parameters is None:
+        return usual | inside
+    stated = parts.first("type")
+    kind = {} if stated is None else {"distortion_model": stated[1]}
+    return usual | kind | {"D": parameters[1]}
 
 
 def _of_matlab(names: Names, at: str) -> JsonObject:
     """Return cameraParameters in usual names. IntrinsicMatrix is the transpose of K; ImageSize is rows, columns."""
     usual: JsonObject = {}
     if (given := names.first("intrinsicmatrix")) is not None:
-        rows = _nine(given[1], at + given[0])
+        rows = camera_matrix(given[1], at + given[0])
         usual["K"] = [rows[column * 3 + row] for row in range(3) for column in range(3)]
     elif (given := names.first("k")) is not None:
         usual["K"] = given[1]
@@ -294,25 +338,16 @@ def _paired(names: Names, at: str, part: str, keys: tuple[str, ...]) -> JsonObje
     return dict(zip(keys, numbers(found[1], at + found[0], (2, len(keys))), strict=False))
 
 
-def _nine(value: Any, at: str) -> tuple[float, ...]:
-    """Return the numbers of a 3 × 3 matrix: {rows, cols, data}, nine, or three rows of three."""
-    if isinstance(value, dict) and "rows" in value:
-        return matrix(value, at, 3, 3)
-    if isinstance(value, dict):
-        value = value.get("data")
-    if isinstance(value, list) and len(value) == 3:
-        return sum((numbers(row, f"{at}[{i}]", (3,)) for i, row in enumerate(value)), ())
-    return numbers(value, at, (9,))
-
-
 def _intrinsics(
     value: Any, at: str, program: str
 ) -> tuple[tuple[float, float], tuple[float, float], tuple[Any, ...]]:
     """Return focal lengths, centre, and what follows them in a list fx, fy, cx, cy, …, as Kalibr's and mrcal's."""
+    if isinstance(value, dict) and len(flat := value.get("data") or []) == 4:
+        program, value = "kalibr", flat
     if program in ("kalibr", "mrcal"):
         fx, fy, cx, cy = numbers(value[:4], at, (4,))
         return (fx, fy), (cx, cy), tuple(value[4:])
-    fx, skew, cx, zero, fy, cy, *last = _nine(value, at)
+    fx, skew, cx, zero, fy, cy, *last = camera_matrix(value, at)
     if abs(skew) > 1e-9 * abs(fx) or zero != 0 or last != [0, 0, 1]:
         raise format_error(
             f"{at} is not a camera matrix without skew.", "Use [fx, 0, cx, 0, fy, cy, 0, 0, 1]."
@@ -352,6 +387,34 @@ def _stated_lens(names: Names, at: str) -> str | None:
     return next(iter(stated), None)
 
 
+def _says_none(names: Names) -> bool:
+    return any(plain(value) in ("none", "lensmodelpinhole") for _, value in names.find(LENS))
+
+
+def _refuse_unread(names: Names, at: str, is_complete: bool) -> None:
+    """BadInput where a name that is not read may have the lens's numbers. is_complete: it has terms already."""
+    for name, key in names.keys.items():
+        if name not in ALWAYS_UNREAD and (is_complete or not UNREAD.fullmatch(name)):
+            continue
+        if _has_numbers(next(names.find((name,)))[1]):
+            raise format_error(
+                f"{at}{key} is not read, and may belong to the lens.",
+                "Call the coefficients distortion_coefficients, in OpenCV's order, or remove it.",
+            )
+
+
+def _has_numbers(value: Any) -> bool:
+    """Whether a number other than 0 is in it."""
+    if isinstance(value, dict):
+        return any(map(_has_numbers, value.values()))
+    if isinstance(value, list):
+        return any(map(_has_numbers, value))
+    try:
+        return float(value) != 0
+    except (TypeError, ValueError):
+        return False
+
+
 def _other_lens(at: str, value: Any) -> Exception:
     return format_error(
         f"{at} is {str(value)[:40]!r}: there is no such lens here.",
@@ -377,30 +440,6 @@ def _terms(names: Names, lens: str | None, more: tuple[Any, ...], at: str) -> tu
     return given[:8] if len(given) > 8 and not any(given[8:]) else given
 
 
-def flat_numbers(value: Any, at: str) -> list[Any]:
-    """Return the numbers of a row or column in any shape: a list, a list of lists, {rows, cols, data}."""
-    if isinstance(value, dict):
-        flat = flat_numbers(value.get("data", []), f"{at}.data")
-        if "rows" in value or "cols" in value:
-            rows, columns = (
-                integer(value.get(key), f"{at}.{key}", 0, 100) for key in ("rows", "cols")
-            )
-            if min(rows, columns) > 1:
-                raise format_error(f"{at} is {rows} × {columns}.", "Use one row or one column.")
-            if rows * columns != len(flat):
-                raise format_error(
-                    f"{at} has {len(flat)} numbers for {rows} × {columns}.", "Correct the file."
-                )
-        return flat
-    if not isinstance(value, list):
-        raise format_error(f"{at} is not a list of numbers.", "Use the distortion coefficients.")
-    if value and all(isinstance(row, list) for row in value):
-        if len(value) > 1 and any(len(row) != 1 for row in value):
-            raise format_error(f"{at} is not one row or one column.", "Use one row or one column.")
-        return [number for row in value for number in row]
-    return value
-
-
 def _named_terms(names: Names, lens: str | None, at: str) -> tuple[float, ...]:
     """Return the terms that are given one by one, as k1 and p1."""
     called = FISHEYE_TERMS if lens == "fisheye" else BROWN_TERMS
@@ -410,6 +449,8 @@ def _named_terms(names: Names, lens: str | None, at: str) -> tuple[float, ...]:
         if not isinstance(value, (list, dict))
     }
     terms = tuple(given.get(name, 0.0) for name in called)
+    if lens == "fisheye" and (given.get("p1") or given.get("p2")):
+        raise format_error(f"{at}p1 is not a coefficient of a fisheye.", "Correct the file.")
     if not given or lens == "fisheye":
         return terms if lens == "fisheye" else ()
     # radial terms alone may be a fisheye's: as many as that has
@@ -432,7 +473,9 @@ def _size(names: Names, program: str, at: str) -> ImageSize | None:
     if found is None:
         return None
     if isinstance(found[1], dict):
-        return _size(Names(found[1]), program, f"{at}{found[0]}.")
+        short = {"w": "width", "h": "height"}
+        part = {short.get(str(key), str(key)): side for key, side in found[1].items()}
+        return _size(Names(part), program, f"{at}{found[0]}.")
     return checked_size(*numbers(found[1], at + found[0], (2,)))
 
 

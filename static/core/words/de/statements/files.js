@@ -162,7 +162,7 @@ export default {
   "import.error-unknown": "Diese Kalibrierung wurde importiert. Ihr Fehler ist unbekannt.",
   "import.fewer-points": "Verwenden Sie einige Hundert. Mehr Punkte verbessern die Anpassung nicht.",
   "import.image-size-form": "Schreiben Sie sie als 1280x1024.",
-  "import.no-camera": "Die Datei ({syntax}) enthält keine Kamera.",
+  "import.no-camera": "Die Datei ({syntax}) enthält keine Kamera in einer Form, die gelesen wird.",
   "import.no-camera.fix": "Verwenden Sie eine Datei mit camera_matrix und distortion_coefficients oder von einem Programm, das im Handbuch steht.",
   "import.no-field": "Die Datei nennt das Feld der Kamera nicht.",
   "import.no-image-size": "Die Datei nennt die Bildgröße nicht.",
