@@ -45,7 +45,8 @@ LENSES_WITH_FISHEYE = {**LENSES, "fisheye": FISHEYE_TERMS}
 MAX_FOCAL_PX = 1e6
 MM_PER_M = 1000.0  # of mrcal's lengths
 MAX_LEVELS = 6  # down to a camera
-MAX_CAMERAS = 64
+MAX_CAMERAS = 256
+MAX_LISTED = 8  # in a sentence
 NO_METADATA = Metadata()
 NEAR = 0.1  # of the shorter side
 BORDER = np.linspace(0, 1, 17)  # places along a side of the image where its lens is tried
@@ -232,6 +233,7 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
             ),
             reason="unknown-file",
         )
+    listed = [*cameras][:MAX_LISTED] + ["…"] * (len(cameras) > MAX_LISTED)
     if entry is None and len(cameras) > 1:
         program = PROGRAMS[next(iter(cameras.values()))[0]][0]
         raise Conflict(
@@ -240,7 +242,7 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
                 "The file ({program}) contains {count} cameras: {names}.",
                 program=program,
                 count=len(cameras),
-                names=", ".join(cameras),
+                names=", ".join(listed),
             ),
             say(
                 "import.several-cameras.fix",
@@ -252,7 +254,7 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
     if entry is not None and entry not in cameras:
         raise Conflict(
             f"The file contains no camera called {entry[:64]!r}.",
-            f"Use one of: {', '.join(cameras)}." if "" not in cameras else "Omit entry.",
+            f"Use one of: {', '.join(listed)}." if "" not in cameras else "Omit entry.",
             reason="no-such-camera",
         )
     name = next(iter(cameras)) if entry is None else entry
@@ -341,11 +343,14 @@ def cameras_in(document: FileContent) -> dict[str, tuple[str, JsonObject]]:
                 for _, known in found.values()
             ):
                 continue  # a topic's messages are the same again and again
-            if len(found) < MAX_CAMERAS:
-                found[name if name not in found else f"{name or 'camera'} ({len(found) + 1})"] = (
-                    program,
-                    value,
+            if len(found) == MAX_CAMERAS:
+                raise format_error(
+                    f"The file contains more than {MAX_CAMERAS} cameras.", "Use a file with fewer."
                 )
+            found[name if name not in found else f"{name or 'camera'} ({len(found) + 1})"] = (
+                program,
+                value,
+            )
     return found
 
 

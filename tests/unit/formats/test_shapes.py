@@ -580,6 +580,16 @@ REFUSED = {
         "bad-calibration",
         "skew is not read",
     ),
+    "cameras without end": (
+        "".join(f"{i} PINHOLE 640 480 500 500 320 240\n" for i in range(300)),
+        "bad-calibration",
+        "more than 256 cameras",
+    ),
+    "a dozen cameras": (
+        "".join(f"{i} PINHOLE 640 480 {500 + i} 500 320 240\n" for i in range(12)),
+        "several-cameras",
+        "12 cameras: 0, 1, 2, 3, 4, 5, 6, 7, …",
+    ),
     "two cameras of oST": (OST_PAIR, "several-cameras", "narrow_stereo/right"),
     "two cameras of ORB-SLAM": (ORB_PAIR, "several-cameras", "Camera, Camera2"),
     "gyroflow of another lens": (
