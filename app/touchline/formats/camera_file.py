@@ -360,7 +360,7 @@ def _cameras(
     if level > MAX_LEVELS or not isinstance(value, (dict, list)):
         return
     if isinstance(value, list):
-        for i, part in enumerate(value[:MAX_CAMERAS]):
+        for i, part in enumerate(value):
             if isinstance(part, dict):
                 yield from _cameras(part, syntax, f"{name}[{i}]", level + 1)
         return

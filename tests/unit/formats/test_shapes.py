@@ -581,7 +581,7 @@ REFUSED = {
         "skew is not read",
     ),
     "cameras without end": (
-        "".join(f"{i} PINHOLE 640 480 500 500 320 240\n" for i in range(300)),
+        "".join(f"{i} PINHOLE 640 480 {500 + i} 500 320 240\n" for i in range(300)),
         "bad-calibration",
         "more than 256 cameras",
     ),
