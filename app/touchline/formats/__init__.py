@@ -6,13 +6,15 @@ A format is a value, FORMAT, with words about it and these functions:
     write(calibration, export) -> bytes    of a camera format: one with lenses, the terms it knows by model name. It is
                                            given the calibration's own camera, or the nearest that the format can hold
                                            (approximation.py), as an ExportCamera
-    recognises(data) -> bool               a quick look at the bytes; only of a format that is read
+    recognises(data) -> bool               a quick look at the bytes; only of a format that is read by a reader of its
+                                           own: camera_file.read tells the other programs' files apart itself
     read(data)                             the same: check everything, return a Calibration (ours), a CameraFile (a
                                            lens, with a pose where the file names a field) or Observations (points),
                                            and raise nothing but a TouchlineError for other bytes
 
 To add one: write formats/NAME.py, add its line to FORMATS, and make its golden files (tests/golden/make.py). The
-tests walk the table. For camera formats camera_file.py holds what their readers and writers share, approximation.py the
+tests walk the table. Camera formats are only written here: camera_file.py reads them and those of many other programs,
+by document.py (the syntax) and stated_camera.py (the names), and has what writers share; approximation.py holds the
 metadata that a format has no place for, numbers.py strict numbers in text.
 """
 

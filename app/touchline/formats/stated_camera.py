@@ -83,7 +83,7 @@ BROWN_TERMS = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]  # in OpenCV's or
 FISHEYE_TERMS = ["k1", "k2", "k3", "k4"]
 BROWN_COUNTS = (0, 4, 5, 8, 12, 14)
 # what programs call the two lenses, and those that we have no lens for
-LENSES = {
+LENS_NAMES = {
     "brown-conrady": re.compile(
         r"(lensmodel)?opencv(4|5|8|12)?|plumbbob|radtan|(pinhole)?radialtangential|rectilinear|"
         r"rational(polynomial)?|(distortion)?brown(conrady)?|none|lensmodelpinhole|pinholefull"
@@ -368,7 +368,7 @@ def _stated_lens(names: Names, at: str) -> str | None:
     for name, value in names.find(LENS):
         if not isinstance(value, str):
             continue
-        known = [lens for lens, called in LENSES.items() if called.fullmatch(plain(value))]
+        known = [lens for lens, called in LENS_NAMES.items() if called.fullmatch(plain(value))]
         if known:
             stated[known[0]] = f"{name} {value}"
         elif (
