@@ -218,6 +218,12 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
     Refused with what the file is: unknown-file, several-cameras with their names as "entries", no-such-camera,
     unstated-lens, or what is wrong in it.
     """
+    if b"<VarXML" in data[:1024]:
+        raise BadInput(
+            "The file contains the settings of ssl-vision, which are not read.",
+            "Start ssl-vision, and import its cameras under System, Publishing.",
+            reason="unknown-file",
+        )
     document = parse(data)
     cameras = cameras_in(document)
     if not cameras:

@@ -37,7 +37,7 @@ SPACE = b" \t\r\n"
 
 @dataclass(frozen=True)
 class FileContent:
-    """syntax: "JSON", "XML", …, for people. content: each document of a YAML stream; else one."""
+    """syntax: "JSON", "XML", …, for people. contents: each document of a YAML stream; else one."""
 
     syntax: str
     contents: tuple[Any, ...]
@@ -46,12 +46,6 @@ class FileContent:
 def parse(data: bytes) -> FileContent:
     """Return a file's content; BadInput where it is no text, or not well formed."""
     data = _as_utf8(data)
-    if b"<VarXML" in data[:1024]:
-        raise BadInput(
-            "The file contains the settings of ssl-vision, which are not read.",
-            "Start ssl-vision, and import its cameras under System, Publishing.",
-            reason="unknown-file",
-        )
     if data.lstrip(SPACE)[:1] == b"<":
         return FileContent("XML", (_from_xml(_limited(data)),))
     if JSON.match(data):

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
 from touchline.core.json_values import JsonObject
 from touchline.formats.numbers import (
@@ -19,6 +20,8 @@ from touchline.formats.numbers import (
     number,
     numbers,
 )
+from touchline.models.lenses.brown_conrady import TERMS as BROWN_TERMS
+from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 
 MATRIX = [
     "cameramatrix",
@@ -79,9 +82,7 @@ LENS = [
     "model",
 ]
 IS_FISHEYE = ["fisheyemodel", "fisheye", "isfisheye"]
-BROWN_TERMS = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]  # in OpenCV's order
-FISHEYE_TERMS = ["k1", "k2", "k3", "k4"]
-BROWN_COUNTS = (0, 4, 5, 8, 12, 14)
+COUNTS = (0, 4, 5, 8, 12, 14)  # of coefficients in a list, as OpenCV has it
 # what programs call the two lenses, and those that we have no lens for
 LENS_NAMES = {
     "brown-conrady": re.compile(
@@ -93,9 +94,11 @@ LENS_NAMES = {
     ),
 }
 OTHER_LENSES = re.compile(
-    r"(lensmodel|distortion)?(omni(directional)?(universal|radtan)?|universalomni|mei|ds|doublesphere|eucm|ucm|fov|sphericalfov|(splined)?st[ei]riographic|"
-    r"(splined)?stereographic|cahvore?|scaramuzza|ocam|ftheta|thinprismfisheye|division)"
-    r"(radtan|none|equi)?|(distortion)?(inverse|modified)brownconrady|radialdivision|poly[0-9]"
+    r"(lensmodel|distortion)?"
+    r"(omni(directional)?(universal|radtan)?|universalomni|mei|ds|doublesphere|eucm|ucm|fov|"
+    r"sphericalfov|(splined)?ste(reo|rio)graphic|cahvore?|scaramuzza|"
+    r"ocam|ftheta|thinprismfisheye|division)(radtan|none|equi)?|"
+    r"(distortion)?(inverse|modified)brownconrady|radialdivision|poly[0-9]"
 )
 WHOLE = ("distortion", "distortionparameters", "distortioncoefficients", "distcoeffs", "d")
 # what may be a lens's numbers under a name that is not read
@@ -216,7 +219,7 @@ def is_matrix(value: Any) -> bool:
     """Whether it has the shape of a camera matrix, or of Kalibr's and mrcal's list of intrinsics."""
     if isinstance(value, dict):
         return "data" in value
-    return isinstance(value, list) and (len(value) == 3 or len(value) >= 4)
+    return isinstance(value, list) and len(value) >= 3
 
 
 def stated_camera(
@@ -239,26 +242,28 @@ def stated_camera(
     else:
         focal, centre, more = _intrinsics(found[1], at + found[0], program)
     if program == "mrcal":
-        lensmodel = str(next(names.find(LENS))[1])
-        numbers(found and found[1], at + "intrinsics", (4 + MRCAL_COUNTS.get(lensmodel[10:], 0),))
-    terms = _terms(names, lens, more, at)
+        stated = names.first("lensmodel")
+        count = MRCAL_COUNTS.get(str(stated and stated[1]).removeprefix("LENSMODEL_"), 0)
+        numbers(found and found[1], f"{at}intrinsics", (4 + count,))
+    assumed = PROGRAMS[program][1]
+    terms = _terms(names, lens or assumed, more, at)
     _refuse_unread(names, at, is_complete=bool(terms) or program in ("matlab", "colmap", "vins"))
     if not terms and not _says_none(names):
         notes.append("The file states no distortion.")
     if lens is None and len(terms) != 4:  # a fisheye has four
         lens = "brown-conrady"
-    if lens is None and (lens := PROGRAMS[program][1]) is not None and any(terms):
-        notes.append(f"The file does not state its lens: {PROGRAMS[program][0]} assumes {lens}.")
+    if lens is None and assumed is not None and any(terms):
+        notes.append(f"The file does not state its lens: {PROGRAMS[program][0]} assumes {assumed}.")
     for name, part in names.find(("binningx", "binningy", "roi")):
         if _is_applied(part):
             notes.append(f"{name} was not applied: the lens is that of the whole image.")
     return StatedCamera(
         program,
-        lens,
+        lens or assumed,
         terms,
         focal,
         (centre[0] + offset_px, centre[1] + offset_px),
-        _size(names, program, at),
+        _size(names, at),
         _extrinsics(names),
         tuple(notes),
     )
@@ -313,12 +318,9 @@ def _without_whole(value: JsonObject, names: Names) -> JsonObject:
 
 
 def _of_matlab(names: Names, at: str) -> JsonObject:
-    """Return cameraParameters in usual names. IntrinsicMatrix is the transpose of K; ImageSize is rows, columns."""
+    """Return cameraParameters in usual names. IntrinsicMatrix is K by columns; ImageSize is rows, columns."""
     usual: JsonObject = {}
-    if (given := names.first("intrinsicmatrix")) is not None:
-        rows = camera_matrix(given[1], at + given[0])
-        usual["K"] = [rows[column * 3 + row] for row in range(3) for column in range(3)]
-    elif (given := names.first("k")) is not None:
+    if (given := names.first("intrinsicmatrix", "k")) is not None:
         usual["K"] = given[1]
     else:
         usual |= _paired(names, at, "focallength", ("fx", "fy"))
@@ -415,7 +417,7 @@ def _has_numbers(value: Any) -> bool:
         return False
 
 
-def _other_lens(at: str, value: Any) -> Exception:
+def _other_lens(at: str, value: Any) -> BadInput:
     return format_error(
         f"{at} is {str(value)[:40]!r}: there is no such lens here.",
         "Calibrate with plumb_bob (radtan), rational_polynomial or equidistant.",
@@ -431,37 +433,31 @@ def _terms(names: Names, lens: str | None, more: tuple[Any, ...], at: str) -> tu
         place, flat = at + found[0], flat_numbers(found[1], at + found[0])
     else:
         return _named_terms(names, lens, at)
+    given = numbers(flat, place, COUNTS[1:] if lens == "fisheye" else COUNTS)
     if lens == "fisheye":
-        given = numbers(flat, place, (4,) if len(flat) < 4 or len(flat) > 14 else (len(flat),))
         if any(given[4:]):
             raise format_error(f"{place} has {len(given)} numbers.", "A fisheye lens has 4.")
         return given[:4]
-    given = numbers(flat, place, BROWN_COUNTS)
-    return given[:8] if len(given) > 8 and not any(given[8:]) else given
+    return given if any(given[8:]) else given[:8]
 
 
 def _named_terms(names: Names, lens: str | None, at: str) -> tuple[float, ...]:
     """Return the terms that are given one by one, as k1 and p1."""
-    called = FISHEYE_TERMS if lens == "fisheye" else BROWN_TERMS
     given = {
         plain(key): number(value, at + key)
         for key, value in names.find(BROWN_TERMS)
         if not isinstance(value, (list, dict))
     }
-    terms = tuple(given.get(name, 0.0) for name in called)
     if lens == "fisheye" and (given.get("p1") or given.get("p2")):
         raise format_error(f"{at}p1 is not a coefficient of a fisheye.", "Correct the file.")
-    if not given or lens == "fisheye":
-        return terms if lens == "fisheye" else ()
-    # radial terms alone may be a fisheye's: as many as that has
-    return (
-        terms
-        if "p1" in given or lens
-        else terms[:2] + tuple(given.get(k, 0.0) for k in ("k3", "k4"))
-    )
+    if not given and lens != "fisheye":
+        return ()
+    # radial terms alone, of a lens that is not stated, may be a fisheye's: as many as that has
+    is_brown = lens == "brown-conrady" or "p1" in given
+    return tuple(given.get(name, 0.0) for name in (BROWN_TERMS if is_brown else FISHEYE_TERMS))
 
 
-def _size(names: Names, program: str, at: str) -> ImageSize | None:
+def _size(names: Names, at: str) -> ImageSize | None:
     width, height = names.first(*WIDTH), names.first(*HEIGHT)
     if width is not None or height is not None:
         for found, name in ((width, "image_width"), (height, "image_height")):
@@ -475,7 +471,7 @@ def _size(names: Names, program: str, at: str) -> ImageSize | None:
     if isinstance(found[1], dict):
         short = {"w": "width", "h": "height"}
         part = {short.get(str(key), str(key)): side for key, side in found[1].items()}
-        return _size(Names(part), program, f"{at}{found[0]}.")
+        return _size(Names(part), f"{at}{found[0]}.")
     return checked_size(*numbers(found[1], at + found[0], (2,)))
 
 

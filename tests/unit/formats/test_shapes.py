@@ -245,6 +245,12 @@ SHAPES = {
         ORB.format(type="PinHole", k1=-0.1, k2=0.09, more="Camera.p1: 0.001\nCamera.p2: 0.0005"),
         TERMS[:4],
     ),
+    "S7 ORB-SLAM, radial alone, without its type": brown(
+        ORB.format(type="x", k1=-0.1, k2=0.09, more="Camera.k3: 0.02").replace(
+            'Camera.type: "x"\n', ""
+        ),
+        (-0.1, 0.09, 0.0, 0.0, 0.02),
+    ),
     "S7 ORB-SLAM, fisheye": fisheye(
         ORB.format(
             type="KannalaBrandt8", k1=0.05, k2=0.002, more="Camera.k3: 0.0004\nCamera.k4: -0.00002"
