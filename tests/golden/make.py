@@ -30,6 +30,7 @@ def cases() -> list[tuple[str, str, int]]:
     return [
         *(("json", name, i) for name, i in EXAMPLES),
         *(("csv", name, i) for name, i in EXAMPLES if i == 0),
+        ("vision-processor-start", "brown-conrady", 0),
         *held,
     ]
 

@@ -15,6 +15,7 @@ from touchline.models import MODELS, CameraModel, RayModel, parameters_json
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(examples(name))]
 LENS_FORMATS = [name for name in FORMATS if FORMATS[name].lenses]
 READABLE = [name for name in FORMATS if FORMATS[name].read]
+OF_LEAGUE = [name for name in LENS_FORMATS if "ssl" in FORMATS[name].lenses]
 RAY_EXAMPLES = [(name, i) for name, i in EXAMPLES if issubclass(MODELS[name], RayModel)]
 
 

@@ -34,7 +34,7 @@ def export(
             "--format",
             "-f",
             help="opencv, ros, kalibr, mrcal, photonvision, "
-            "ssl-vision, npz, csv or json. Without a format, all formats are "
+            "ssl-vision, vision-processor, vision-processor-start, npz, csv or json. Without a format, all formats are "
             "listed with their errors.",
         ),
     ] = None,
@@ -67,7 +67,8 @@ def export(
 
 def import_file(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A file in any format of export except npz.")
+        Path,
+        typer.Argument(metavar="FILE", help="A file in a format of export, or of another program."),
     ],
     output: Annotated[
         Path,

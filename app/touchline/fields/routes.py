@@ -30,7 +30,8 @@ from touchline.fields.measuring import (
 )
 from touchline.fields.proposal import ProposedFieldJson, proposed_field
 from touchline.fields.seen_markings import SeenField, seen_field
-from touchline.formats import ssl_vision
+from touchline.formats import ssl_settings, ssl_vision, vision_processor
+from touchline.formats.document import parse
 from touchline.formats.numbers import format_error
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
 from touchline.services.container import Services
@@ -53,7 +54,7 @@ class PlayingField(FieldJson):
 PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingField), revision=str)
 
 MAX_FILE_BYTES = 1 << 20
-FIX = "Use a field exported as JSON, or a geometry packet of the league."
+FIX = "Use a field exported as JSON, or a geometry packet or settings of the league's programs."
 Side = Annotated[float, Value(ge=MIN_SIDE_MM, le=MAX_SIDE_MM)]
 OnlyNew = Annotated[
     str | None,
@@ -118,9 +119,10 @@ def delete_own_field(services: ServicesDep, name: Id, if_match: IfMatch = None) 
 
 @router.get("/{name}/export/{format}", response_class=Response, responses=EXPORTED)
 def export_field(
-    services: ServicesDep, name: Id, format: Literal["json", "ssl-vision"]
+    services: ServicesDep, name: Id, format: Literal["json", "ssl-vision", "vision-processor"]
 ) -> Response:
-    """Return the field as a file: JSON, or a geometry packet of the league without cameras, in whole millimetres."""
+    """Return the field as a file: JSON, or without cameras and in whole millimetres a geometry packet of the league or
+    vision-processor's geometry.yml."""
     data, media_type, suffix = write_field(services.fields[name], format)
     return Response(
         data, media_type=media_type, headers={"Content-Disposition": attachment(f"{name}{suffix}")}
@@ -129,7 +131,8 @@ def export_field(
 
 @router.post("/read", response_model=PlayingField, openapi_extra={"requestBody": upload()})
 async def read_field_file(request: Request, services: ServicesDep) -> Json:
-    """Read the field of a file, multipart with `file`: JSON, or a geometry packet of the league. Nothing is saved."""
+    """Read the field of a file, multipart with `file`: JSON, a geometry packet of the league, vision-processor's
+    geometry.yml or ssl-vision's settings. Nothing is saved."""
     data, _ = await uploaded_file(request, MAX_FILE_BYTES, ())
     field = await services.run_in_thread(parsed_field, data, tuple(services.fields.values()))
     return Json(field_json(services, field))
@@ -269,10 +272,13 @@ def _shown(services: Services, field: Field) -> Json:
 
 
 def write_field(field: Field, format: str) -> tuple[bytes, str, str]:
-    """Return (bytes, media type, suffix) in the format "json" or "ssl-vision"; that has whole mm and no landmarks."""
+    """Return (bytes, media type, suffix) in a format; those of the league have whole mm and no landmarks."""
     if format == "json":
         text = json.dumps(field.to_json(), indent=1, allow_nan=False, ensure_ascii=False)
         return text.encode(), "application/json", ".json"
+    if format == "vision-processor":
+        kind = vision_processor.FORMAT
+        return vision_processor.geometry(field).encode(), kind.media_type, kind.suffix
     packet = SSL_WrapperPacket(
         geometry=SSL_GeometryData(field=field_to_wire(field)), source=SSL_Source.OTHER
     )
@@ -280,15 +286,18 @@ def write_field(field: Field, format: str) -> tuple[bytes, str, str]:
 
 
 def parsed_field(data: bytes, known: Iterable[Field] = ()) -> Field:
-    """Return the field that write_field wrote, or any geometry packet; BadInput for anything else.
+    """Return the field that write_field wrote, of any geometry packet or settings of ssl-vision; else BadInput.
 
-    known: a packet with just their lines is one of these, with its landmarks and regions.
+    known: one of the league with just their lines is one of these, with its landmarks and regions.
     """
     if ssl_vision.recognises(data):
         packet = decode(SSL_WrapperPacket, data)
         if not packet.HasField("geometry"):
             raise format_error("The packet contains no field.", FIX)
         return field_from_wire(packet.geometry.field, known)
+    for kind in (vision_processor, ssl_settings):
+        if kind.recognises(data) and (found := kind.league_file(parse(data))) is not None:
+            return field_from_wire(found.sent, known)
     try:
         value = json.loads(data)
     except (ValueError, RecursionError):

@@ -53,6 +53,10 @@ FORMATS: Registry[Format] = Registry(
         "photonvision": "touchline.formats.photonvision:FORMAT",  # one resolution's calibration
         # the league's geometry packet: lens, pose and field
         "ssl-vision": "touchline.formats.ssl_vision:FORMAT",
+        # geometry.yml of vision-processor: the same, for its publisher
+        "vision-processor": "touchline.formats.vision_processor:FORMAT",
+        # its config.yml: four corners and a height, for its own calibration
+        "vision-processor-start": "touchline.formats.vision_processor_start:FORMAT",
         # a remap table: correct pictures with numpy and OpenCV alone
         "npz": "touchline.formats.npz_file:FORMAT",
         # clicks and a grid of positions, for spreadsheets

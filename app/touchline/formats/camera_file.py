@@ -1,7 +1,7 @@
 """A camera read from a file, checked, and in OpenCV's numbers, which ROS, mrcal, Kalibr and PhotonVision follow."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -19,20 +19,12 @@ from touchline.formats.approximation import (
     metadata_from_comment,
     metadata_from_json,
 )
+from touchline.formats.camera_names import INHERITED, MATRIX, UNREAD, Names, is_matrix, plain
 from touchline.formats.document import FileContent, parse
 from touchline.formats.numbers import flat_numbers, format_error, number, numbers
-from touchline.formats.stated_camera import (
-    INHERITED,
-    MATRIX,
-    PROGRAMS,
-    UNREAD,
-    Names,
-    StatedCamera,
-    is_matrix,
-    plain,
-    program_of,
-    stated_camera,
-)
+from touchline.formats.other_lenses import stated_as_fisheye
+from touchline.formats.program_forms import PROGRAMS, program_of
+from touchline.formats.stated_camera import StatedCamera, stated_camera
 from touchline.models.intrinsics import Intrinsics
 from touchline.models.lenses.brown_conrady import TERMS
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
@@ -218,14 +210,20 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
     Refused with what the file is: unknown-file, several-cameras with their names as "entries", no-such-camera,
     unstated-lens, or what is wrong in it.
     """
-    if b"<VarXML" in data[:1024]:
+    return camera_of(parse(data), data, entry, lens)
+
+
+def camera_of(
+    document: FileContent, data: bytes, entry: str | None = None, lens: str | None = None
+) -> CameraFile:
+    """Read a camera of another program's file, as read does. document: its content; data: its bytes."""
+    cameras = cameras_in(document)
+    if not cameras and document.syntax == "npz" and "raw_x" in document.first:
         raise BadInput(
-            "The file contains the settings of ssl-vision, which are not read.",
-            "Start ssl-vision, and import its cameras under System, Publishing.",
+            say("import.remap-table", "A remap table contains no model and cannot be imported."),
+            say("import.as-json", "Import the calibration as json."),
             reason="unknown-file",
         )
-    document = parse(data)
-    cameras = cameras_in(document)
     if not cameras:
         raise BadInput(
             say(
@@ -239,33 +237,11 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
             ),
             reason="unknown-file",
         )
-    listed = [*cameras][:MAX_LISTED] + ["…"] * (len(cameras) > MAX_LISTED)
-    if entry is None and len(cameras) > 1:
-        program = PROGRAMS[next(iter(cameras.values()))[0]][0]
-        raise Conflict(
-            say(
-                "import.several-cameras",
-                "The file ({program}) contains {count} cameras: {names}.",
-                program=program,
-                count=len(cameras),
-                names=", ".join(listed),
-            ),
-            say(
-                "import.several-cameras.fix",
-                "Choose one of them. From a program, send its name as entry.",
-            ),
-            reason="several-cameras",
-            entries=[*cameras],
-        )
-    if entry is not None and entry not in cameras:
-        raise Conflict(
-            f"The file contains no camera called {entry[:64]!r}.",
-            f"Use one of: {', '.join(listed)}." if "" not in cameras else "Omit entry.",
-            reason="no-such-camera",
-        )
-    name = next(iter(cameras)) if entry is None else entry
+    title = PROGRAMS[next(iter(cameras.values()))[0]][0]
+    name = chosen_camera(cameras, entry, title)
     program, value = cameras[name]
-    stated = stated_camera(value, program, f"{name}." if name else "", lens)
+    at = f"{name}." if name else ""
+    stated = stated_as_fisheye(value, program, at, lens) or stated_camera(value, program, at, lens)
     if stated.lens is None:
         raise BadInput(
             say(
@@ -280,6 +256,38 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
             reason="unstated-lens",
         )
     return _camera_file(stated, stated.lens, value, data)
+
+
+def chosen_camera(names: Iterable[str], entry: str | None, program: str) -> str:
+    """Return the name of a file's camera that is to be read: the only one, or `entry`.
+
+    names: of all of them, "" for a file that is one. Conflict with their names as "entries", or where there is no such.
+    """
+    known = [*names]
+    listed = known[:MAX_LISTED] + ["…"] * (len(known) > MAX_LISTED)
+    if entry is None and len(known) > 1:
+        raise Conflict(
+            say(
+                "import.several-cameras",
+                "The file ({program}) contains {count} cameras: {names}.",
+                program=program,
+                count=len(known),
+                names=", ".join(listed),
+            ),
+            say(
+                "import.several-cameras.fix",
+                "Choose one of them. From a program, send its name as entry.",
+            ),
+            reason="several-cameras",
+            entries=known,
+        )
+    if entry is not None and entry not in known:
+        raise Conflict(
+            f"The file contains no camera called {entry[:64]!r}.",
+            f"Use one of: {', '.join(listed)}." if "" not in known else "Omit entry.",
+            reason="no-such-camera",
+        )
+    return known[0] if entry is None else entry
 
 
 def _camera_file(stated: StatedCamera, lens: str, value: JsonObject, data: bytes) -> CameraFile:
@@ -367,7 +375,7 @@ def _cameras(
         return
     if isinstance(value, list):
         for i, part in enumerate(value):
-            if isinstance(part, dict):
+            if isinstance(part, dict) or (isinstance(part, list) and dict in map(type, part)):
                 yield from _cameras(part, syntax, f"{name}[{i}]", level + 1)
         return
     value = _with_dots_as_levels(value)

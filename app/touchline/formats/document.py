@@ -15,6 +15,7 @@ from xml.parsers import expat
 from touchline.core.errors import BadInput
 from touchline.core.json_values import JsonObject
 from touchline.core.strict_yaml import MAX_BYTES, MAX_DEPTH, texts_from_yaml
+from touchline.formats.npz_arrays import MAGIC, arrays_of
 from touchline.formats.numbers import format_error
 
 MAX_FILE_BYTES = 64 << 20  # with the pictures of its board
@@ -32,7 +33,15 @@ COLMAP = re.compile(r"[0-9]+ [A-Z][A-Z_]+ [0-9]+ [0-9]+(?: [-+.0-9eE]+)+")
 TOML = re.compile(r"\[\[?[\w.\"'-]+\]\]?\s*$|[\w.-]+\s*=")
 JSON = re.compile(rb"\s*(?:\{|\[\s*[\[{\"])")
 OST = re.compile(r"#\s*oST version|\[image\]\s*$")
+NOT_READ = {
+    b"\x80": ("a dump of Python objects", "npz, JSON or YAML"),  # to read it is to run it
+    b"MATLAB 5.0 MAT": ("a MAT file", "JSON, with jsonencode"),
+    b"\x89HDF": ("an HDF5 file", "JSON or YAML"),
+    b"\x93NUMPY": ("one array without a name", "npz, with its matrix and coefficients"),
+}
 SPACE = b" \t\r\n"
+MAX_XML_BYTES = 4 << 20  # ssl-vision's settings with samples of colours have 0.4 MB
+VAR, VAR_NAME = "Var", "name"  # the elements of ssl-vision's settings, and what they are called by
 
 
 @dataclass(frozen=True)
@@ -42,12 +51,23 @@ class FileContent:
     syntax: str
     contents: tuple[Any, ...]
 
+    @property
+    def first(self) -> JsonObject:
+        """The first document where it is a mapping; else empty."""
+        content = self.contents[0] if self.contents else None
+        return content if isinstance(content, dict) else {}
+
 
 def parse(data: bytes) -> FileContent:
-    """Return a file's content; BadInput where it is no text, or not well formed."""
+    """Return a file's content; BadInput where it is not well formed, or of bytes that are not read."""
+    if data.startswith(MAGIC):
+        return FileContent("npz", (arrays_of(data),))
+    for start, (kind, instead) in NOT_READ.items():
+        if data.startswith(start):
+            raise format_error(f"The file is {kind}, which is not read.", f"Save it as {instead}.")
     data = _as_utf8(data)
     if data.lstrip(SPACE)[:1] == b"<":
-        return FileContent("XML", (_from_xml(_limited(data)),))
+        return FileContent("XML", (_from_xml(_limited(data, MAX_XML_BYTES)),))
     if JSON.match(data):
         try:
             return FileContent("JSON", (json.loads(_limited(PICTURE.sub(b'""', data))),))
@@ -146,36 +166,41 @@ def _from_ost(text: str) -> JsonObject:
 
 
 class _XmlReader:
-    """Elements as mappings; one with rows, cols and data, in which numbers are separated by spaces, as a matrix."""
+    """Elements as mappings; one with rows, cols and data, in which numbers are separated by spaces, as a matrix.
+
+    ssl-vision's settings have one element, Var, called by its attribute: of those that repeat, samples of colours, the
+    first counts, and a text is preferred to its options.
+    """
 
     def __init__(self) -> None:
         self.root: tuple[str, Any] | None = None
         self._open: list[tuple[str, JsonObject, list[str]]] = []
 
-    def start(self, name: str, _attributes: Mapping[str, str]) -> None:
+    def start(self, name: str, attributes: Mapping[str, str]) -> None:
         if len(self._open) > MAX_DEPTH:
             raise format_error(
                 f"The file has more than {MAX_DEPTH} levels.", "Use a file with one calibration."
             )
-        self._open.append((name, {}, []))
+        self._open.append((attributes.get(VAR_NAME, name) if name == VAR else name, {}, []))
 
     def text(self, text: str) -> None:
         if self._open:
             self._open[-1][2].append(text)
 
-    def end(self, name: str) -> None:
-        _, children, texts = self._open.pop()
-        value: Any = children or "".join(texts).strip().strip('"')
+    def end(self, element: str) -> None:
+        name, children, texts = self._open.pop()
+        text = "".join(texts).strip().strip('"')
+        value: Any = text if element == VAR and text else children or text
         if isinstance(children.get("data"), str):
             children["data"] = children["data"].split()
         if not self._open:
             self.root = name, value
-        elif name in self._open[-1][1] and name != "_":
+        elif name not in (siblings := self._open[-1][1]):
+            siblings[name] = value
+        elif element not in (VAR, "_"):
             raise format_error(
                 f"The element {name[:40]!r} is used twice.", "Use a file with one calibration."
             )
-        else:
-            self._open[-1][1][name] = value
 
 
 def _from_xml(data: bytes) -> JsonObject:

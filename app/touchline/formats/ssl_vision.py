@@ -8,13 +8,12 @@ The league's lens has one term and square pixels, its floats four bytes; every e
 
 import numpy as np
 
-from touchline.core.errors import Conflict
 from touchline.core.field import Field, Region
 from touchline.core.geometry import Array
 from touchline.core.records import Calibration
 from touchline.formats import Format
-from touchline.formats.approximation import ExportCamera, checked_pose
-from touchline.formats.camera_file import CameraFile, translation_of
+from touchline.formats.approximation import CameraPose, ExportCamera, checked_pose
+from touchline.formats.camera_file import CameraFile, chosen_camera, translation_of
 from touchline.formats.numbers import checked_size, format_error
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
 from touchline.models import Restored
@@ -60,16 +59,8 @@ def camera_from_wire(sent: SSL_GeometryCameraCalibration, field: Field) -> Camer
     """Decode a camera over this field. The position is that of q and t: the derived one only repeats it."""
     sized = sent.HasField("pixel_image_width") and sent.HasField("pixel_image_height")
     size = checked_size(sent.pixel_image_width, sent.pixel_image_height) if sized else None
-    q = np.array([sent.q0, sent.q1, sent.q2, sent.q3])
-    length = float(np.linalg.norm(q))
-    if not 0.5 < length < 2:
-        raise format_error(
-            f"The camera's quaternion has the length {length:g}.",
-            "Use a quaternion of length 1: x, y, z, w.",
-        )
-    rotation = matrix_from_quaternion(q / length)
-    pose = checked_pose(
-        vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz])
+    pose = pose_from_quaternion(
+        np.array([sent.q0, sent.q1, sent.q2, sent.q3]), np.array([sent.tx, sent.ty, sent.tz])
     )
     return CameraFile(
         "ssl-vision",
@@ -81,6 +72,18 @@ def camera_from_wire(sent: SSL_GeometryCameraCalibration, field: Field) -> Camer
         pose=pose,
         field=field,
     )
+
+
+def pose_from_quaternion(q: Array, translation_mm: Array) -> CameraPose:
+    """Return the pose of a quaternion (x, y, z, w) and a translation from field coordinates to the camera."""
+    length = float(np.linalg.norm(q))
+    if not 0.5 < length < 2:
+        raise format_error(
+            f"The camera's quaternion has the length {length:g}.",
+            "Use a quaternion of length 1: x, y, z, w.",
+        )
+    rotation = matrix_from_quaternion(q / length)
+    return checked_pose(vector_from_matrix(rotation), -rotation.T @ translation_mm)
 
 
 def quaternion(rotation: Array) -> tuple[float, float, float, float]:
@@ -133,28 +136,15 @@ def recognises(data: bytes) -> bool:
     return data[:1] in (b"\x0a", b"\x12", b"\x18") and any(byte < 9 for byte in data[:64])
 
 
-def read(data: bytes, camera_id: int | None = None) -> CameraFile:
-    """Read the camera with this id, or the only one."""
+def read(data: bytes, entry: str | None = None) -> CameraFile:
+    """Read the camera with this number, or the only one."""
     geometry = decode(SSL_WrapperPacket, data).geometry
     if not geometry.calib:
         raise format_error(
             "The packet contains no camera calibration.", "Use a geometry packet with calib."
         )
-    ids = [camera.camera_id for camera in geometry.calib]
-    if camera_id is None and len(ids) > 1:
-        raise Conflict(
-            f"The packet contains the cameras {', '.join(map(str, ids))}.",
-            "Enter one: camera_id.",
-            reason="several-cameras",
-            entries=[*map(str, ids)],
-        )
-    if camera_id is not None and camera_id not in ids:
-        raise Conflict(
-            f"The packet contains no camera {camera_id}.",
-            f"It has {', '.join(map(str, ids))}.",
-            reason="no-such-camera",
-        )
-    sent = geometry.calib[0 if camera_id is None else ids.index(camera_id)]
+    cameras = {str(camera.camera_id): camera for camera in reversed(geometry.calib)}
+    sent = cameras[chosen_camera(reversed(cameras), entry, FORMAT.title)]
     return camera_from_wire(sent, field_from_wire(geometry.field))
 
 

@@ -1,17 +1,29 @@
-"""A camera's numbers in another program's mapping: what they are called, and the shapes that they are written in.
+"""A camera's numbers in another program's mapping, in the shapes that they are written in.
 
-One table of names serves all programs; what has a form of its own (mrcal, MATLAB, VINS, COLMAP) is brought into these
-names first. A name counts without case, dashes, points and underscores.
+One table of names serves all programs (camera_names.py); what has a form of its own (MATLAB, VINS, COLMAP) is brought
+into these names first (program_forms.py).
 """
 
-import re
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
 from touchline.core.json_values import JsonObject
+from touchline.formats.camera_names import (
+    ALWAYS_UNREAD,
+    HEIGHT,
+    LENS,
+    MATRIX,
+    SIZE,
+    TERMS,
+    UNREAD,
+    WIDTH,
+    Names,
+    has_numbers,
+    is_matrix,
+    plain,
+    stated_lens,
+)
 from touchline.formats.numbers import (
     camera_matrix,
     checked_size,
@@ -20,131 +32,12 @@ from touchline.formats.numbers import (
     number,
     numbers,
 )
+from touchline.formats.program_forms import PROGRAMS, in_usual_names
 from touchline.models.lenses.brown_conrady import TERMS as BROWN_TERMS
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 
-MATRIX = [
-    "cameramatrix",
-    "cameraintrinsics",
-    "k",
-    "mtx",
-    "m",
-    "camk",
-    "cammatrix",
-    "matrix",
-    "intrinsic",
-    "intrinsics",
-    "intrinsicmatrix",
-]
-TERMS = [
-    "distortioncoefficients",
-    "distcoeffs",
-    "distcoeff",
-    "distortioncoeffs",
-    "distortioncoefs",
-    "d",
-    "dist",
-    "distortions",
-    "distortion",
-    "camkc",
-    "kc",
-    "camdist",
-    "coeffs",
-    "coeff",
-    "distcoef",
-    "distort",
-    "cameradistortion",
-    "cameraextrinsics",  # so PhotonVision called them once
-]
-WIDTH = ["imagewidth", "width", "camerawidth", "imgwidth", "framewidth"]
-HEIGHT = ["imageheight", "height", "cameraheight", "imgheight", "frameheight"]
-SIZE = [
-    "calibdimension",
-    "imagesize",
-    "imgsize",
-    "resolution",
-    "size",
-    "imagersize",
-    "framesize",
-    "imageresolution",
-]
-LENS = [
-    "distortionmodel",
-    "cameramodel",
-    "modeltype",
-    "lensmodel",
-    "lenstype",
-    "cameratype",
-    "distortiontype",
-    "projectionmodel",
-    "projection",
-    "type",
-    "model",
-]
-IS_FISHEYE = ["fisheyemodel", "fisheye", "isfisheye"]
-COUNTS = (0, 4, 5, 8, 12, 14)  # of coefficients in a list, as OpenCV has it
-# what programs call the two lenses, and those that we have no lens for
-LENS_NAMES = {
-    "brown-conrady": re.compile(
-        r"(lensmodel)?opencv(4|5|8|12)?|plumbbob|radtan|(pinhole)?radialtangential|rectilinear|"
-        r"rational(polynomial)?|(distortion)?brown(conrady)?|none|lensmodelpinhole|pinholefull"
-    ),
-    "fisheye": re.compile(
-        r"equi(distant)?|(opencv)?fisheye|(distortion)?kannalabrandt(4|8)?|kb(4|8)?"
-    ),
-}
-OTHER_LENSES = re.compile(
-    r"(lensmodel|distortion)?"
-    r"(omni(directional)?(universal|radtan)?|universalomni|mei|ds|doublesphere|eucm|ucm|fov|"
-    r"sphericalfov|(splined)?ste(reo|rio)graphic|cahvore?|scaramuzza|"
-    r"ocam|ftheta|thinprismfisheye|division)(radtan|none|equi)?|"
-    r"(distortion)?(inverse|modified)brownconrady|radialdivision|poly[0-9]"
-)
-WHOLE = ("distortion", "distortionparameters", "distortioncoefficients", "distcoeffs", "d")
-# what may be a lens's numbers under a name that is not read
-UNREAD = re.compile(
-    r".*distort.*|dist.?c.*|.*coef.*|radial.*|tangential.*|kc|xi|mirror.*|params?|parameters|alpha|beta|"
-    r"skew"
-)
-ALWAYS_UNREAD = ("xi", "skew", "mirroroffset")  # whatever terms there are
-# what a mapping says of the camera in it
-INHERITED = (*LENS, *IS_FISHEYE, *TERMS, "calibdimension")
-# COLMAP's models: our lens, and what their parameters are called
-COLMAP = {
-    "SIMPLE_PINHOLE": ("brown-conrady", "f cx cy"),
-    "PINHOLE": ("brown-conrady", "fx fy cx cy"),
-    "SIMPLE_RADIAL": ("brown-conrady", "f cx cy k1"),
-    "RADIAL": ("brown-conrady", "f cx cy k1 k2"),
-    "OPENCV": ("brown-conrady", "fx fy cx cy k1 k2 p1 p2"),
-    "FULL_OPENCV": ("brown-conrady", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"),
-    "OPENCV_FISHEYE": ("fisheye", "fx fy cx cy k1 k2 k3 k4"),
-    "SIMPLE_RADIAL_FISHEYE": ("fisheye", "f cx cy k1"),
-    "RADIAL_FISHEYE": ("fisheye", "f cx cy k1 k2"),
-}
 MRCAL_COUNTS = {"OPENCV4": 4, "OPENCV5": 5, "OPENCV8": 8, "OPENCV12": 12}
-VINS_FISHEYE = {
-    "k2": "k1",
-    "k3": "k2",
-    "k4": "k3",
-    "k5": "k4",
-    "mu": "fx",
-    "mv": "fy",
-    "u0": "cx",
-    "v0": "cy",
-}
-# by what stands in them: programs whose files are read, and the lens that they assume where none is stated
-PROGRAMS = {
-    "opencv": ("OpenCV", None),
-    "ros": ("ROS camera_info", "brown-conrady"),
-    "kalibr": ("Kalibr camchain", None),
-    "mrcal": ("mrcal camera model", None),
-    "photonvision": ("PhotonVision JSON", "brown-conrady"),
-    "vins": ("VINS", "brown-conrady"),
-    "orb-slam": ("ORB-SLAM", "brown-conrady"),
-    "matlab": ("MATLAB", "brown-conrady"),
-    "colmap": ("COLMAP", None),
-    "anipose": ("Anipose", "brown-conrady"),
-}
+COUNTS = (0, 4, 5, 8, 12, 14)  # of coefficients in a list, as OpenCV has it
 
 
 @dataclass(frozen=True)
@@ -164,64 +57,6 @@ class StatedCamera:
     notes: tuple[str, ...] = ()
 
 
-class Names:
-    """A mapping by its names as they count: the first of several that count the same."""
-
-    def __init__(self, mapping: JsonObject) -> None:
-        self.keys: dict[str, str] = {}
-        for key in mapping:
-            self.keys.setdefault(plain(key), key)
-        self._mapping = mapping
-
-    def find(self, names: Iterable[str]) -> Iterator[tuple[str, Any]]:
-        """Yield the names as written, and their values."""
-        for name in names:
-            if name in self.keys:
-                yield self.keys[name], self._mapping[self.keys[name]]
-
-    def first(self, *names: str) -> tuple[str, Any] | None:
-        return next(self.find(names), None)
-
-    def has(self, *names: str) -> bool:
-        return any(name in self.keys for name in names)
-
-
-def plain(key: object) -> str:
-    """Return a name as it counts."""
-    return re.sub(r"[^a-z0-9]", "", str(key).lower())
-
-
-def program_of(value: JsonObject, syntax: str) -> str | None:
-    """Return the program whose camera this mapping is; None where it is no camera."""
-    names = Names(value)
-    has = names.has
-    if has("colmapmodel"):
-        return "colmap"
-    if has("radialdistortion") and has("intrinsicmatrix", "k", "focallength"):
-        return "matlab"
-    if has("projectionparameters", "mirrorparameters"):
-        return "vins"
-    matrices = [found for _, found in names.find(MATRIX) if is_matrix(found)]
-    if not matrices:
-        return ("orb-slam" if has("orbslam") else "opencv") if has("fx") and has("fy") else None
-    if has("lensmodel") and isinstance(matrices[0], list) and not has("cameraintrinsics"):
-        return "mrcal"
-    if has("cameraintrinsics"):
-        return "photonvision"
-    if isinstance(matrices[0], list) and len(matrices[0]) != 9 and has("intrinsics"):
-        return "kalibr" if not isinstance(matrices[0][0], list) else "opencv"
-    if syntax == "oST" or has("distortionmodel", "projectionmatrix", "cameraname", "binningx"):
-        return "ros"
-    return "anipose" if syntax == "TOML" else "opencv"
-
-
-def is_matrix(value: Any) -> bool:
-    """Whether it has the shape of a camera matrix, or of Kalibr's and mrcal's list of intrinsics."""
-    if isinstance(value, dict):
-        return "data" in value
-    return isinstance(value, list) and len(value) >= 3
-
-
 def stated_camera(
     value: JsonObject, program: str, at: str, given: str | None = None
 ) -> StatedCamera:
@@ -230,17 +65,17 @@ def stated_camera(
     at: of the mapping, "" for the file. given: the lens that the caller states, where the file does not.
     """
     notes: list[str] = []
-    value, lens, offset_px = _usual(value, program, at)
+    value, lens, offset_px = in_usual_names(value, program, at)
     names = Names(value)
-    lens = lens or _stated_lens(names, at)
+    lens = lens or stated_lens(names, at)
     if given is not None and lens is not None and given != lens:
         raise format_error(f"The file states its lens: {lens}.", f"Omit {given}.")
     lens = lens or given
     found = next((it for it in names.find(MATRIX) if is_matrix(it[1])), None)
     if found is None:
-        focal, centre, more = _pair(names, at, "fx", "fy"), _pair(names, at, "cx", "cy"), ()
+        focal, centre, more = pair(names, at, "fx", "fy"), pair(names, at, "cx", "cy"), ()
     else:
-        focal, centre, more = _intrinsics(found[1], at + found[0], program)
+        focal, centre, more = focal_and_centre(found[1], at + found[0], program)
     if program == "mrcal":
         stated = names.first("lensmodel")
         count = MRCAL_COUNTS.get(str(stated and stated[1]).removeprefix("LENSMODEL_"), 0)
@@ -263,84 +98,13 @@ def stated_camera(
         terms,
         focal,
         (centre[0] + offset_px, centre[1] + offset_px),
-        _size(names, at),
-        _extrinsics(names),
+        size_of(names, at),
+        extrinsics(names),
         tuple(notes),
     )
 
 
-def _usual(value: JsonObject, program: str, at: str) -> tuple[JsonObject, str | None, float]:
-    """Bring a form of its own into the usual names; return also the lens, and what is added to the centre, px."""
-    names = Names(value)
-    if program == "colmap":
-        model = value["colmap_model"]
-        if model not in COLMAP:
-            raise _other_lens(f"{at}the model", model)
-        lens, called = COLMAP[model]
-        wanted = called.split()
-        given = numbers(value["parameters"], f"{at}parameters", (len(wanted),))
-        usual = dict(zip(wanted, given, strict=True))
-        if "f" in usual:
-            usual["fx"] = usual["fy"] = usual.pop("f")
-        size = {"width": value["width"], "height": value["height"]}
-        return {**usual, **size}, lens, -0.5  # its top-left pixel's centre is (0.5, 0.5)
-    if program == "matlab":
-        return _of_matlab(names, at), "brown-conrady", -1.0  # its pixels are counted from 1
-    if program == "vins":
-        parts = [
-            part
-            for _, part in names.find(("projectionparameters", "distortionparameters"))
-            if isinstance(part, dict)
-        ]
-        usual = {key: item for part in parts for key, item in part.items()} | dict(value)
-        if "mu" in usual:  # Kannala and Brandt's: r = θ + k2 θ³ + k3 θ⁵ + …
-            usual |= {ours: usual[name] for name, ours in VINS_FISHEYE.items() if name in usual}
-            usual.pop("k5", None)
-        usual.pop("fisheye", None)  # whether a mask is used
-        return usual, None, 0.0
-    return _without_whole(value, names), None, 0.0
-
-
-def _without_whole(value: JsonObject, names: Names) -> JsonObject:
-    """Return a camera with the coefficients that stand as {type, parameters} or {k1, k2, …} in usual names."""
-    whole = next((it for it in names.find(WHOLE) if isinstance(it[1], dict)), None)
-    if whole is None or "data" in whole[1]:
-        return dict(value)
-    usual = {key: part for key, part in value.items() if key != whole[0]}
-    inside: JsonObject = whole[1]
-    parts = Names(inside)
-    parameters = parts.first("parameters", "params")
-    if parameters is None:
-        return usual | inside
-    stated = parts.first("type")
-    kind = {} if stated is None else {"distortion_model": stated[1]}
-    return usual | kind | {"D": parameters[1]}
-
-
-def _of_matlab(names: Names, at: str) -> JsonObject:
-    """Return cameraParameters in usual names. IntrinsicMatrix is K by columns; ImageSize is rows, columns."""
-    usual: JsonObject = {}
-    if (given := names.first("intrinsicmatrix", "k")) is not None:
-        usual["K"] = given[1]
-    else:
-        usual |= _paired(names, at, "focallength", ("fx", "fy"))
-        usual |= _paired(names, at, "principalpoint", ("cx", "cy"))
-    usual |= _paired(names, at, "radialdistortion", ("k1", "k2", "k3"))
-    usual |= _paired(names, at, "tangentialdistortion", ("p1", "p2"))
-    if (found := names.first("imagesize")) is not None and found[1]:
-        height, width = numbers(found[1], at + found[0], (2,))
-        usual["image_size"] = [width, height]
-    return usual
-
-
-def _paired(names: Names, at: str, part: str, keys: tuple[str, ...]) -> JsonObject:
-    """Return a list's two numbers or all under these keys; nothing where there is no such list."""
-    if (found := names.first(part)) is None:
-        return {}
-    return dict(zip(keys, numbers(found[1], at + found[0], (2, len(keys))), strict=False))
-
-
-def _intrinsics(
+def focal_and_centre(
     value: Any, at: str, program: str
 ) -> tuple[tuple[float, float], tuple[float, float], tuple[Any, ...]]:
     """Return focal lengths, centre, and what follows them in a list fx, fy, cx, cy, …, as Kalibr's and mrcal's."""
@@ -357,36 +121,14 @@ def _intrinsics(
     return (fx, fy), (cx, cy), ()
 
 
-def _pair(names: Names, at: str, x: str, y: str) -> tuple[float, float]:
+def pair(names: Names, at: str, x: str, y: str) -> tuple[float, float]:
     """Return two numbers by their names; RealSense calls the centre ppx, ppy."""
     first, second = (names.first(name, name.replace("c", "pp", 1)) for name in (x, y))
     if first is None or second is None:
-        raise format_error(f"{at or 'The file '}has no {x if first is None else y}.", "Add it.")
-    return number(first[1], at + first[0]), number(second[1], at + second[0])
-
-
-def _stated_lens(names: Names, at: str) -> str | None:
-    stated: dict[str, str] = {}
-    for name, value in names.find(LENS):
-        if not isinstance(value, str):
-            continue
-        known = [lens for lens, called in LENS_NAMES.items() if called.fullmatch(plain(value))]
-        if known:
-            stated[known[0]] = f"{name} {value}"
-        elif (
-            OTHER_LENSES.fullmatch(plain(value))
-            or plain(name) == "distortionmodel"
-            or plain(value).startswith("lensmodel")
-        ):
-            raise _other_lens(at + name, value)
-    for name, value in names.find(IS_FISHEYE):
-        fisheye = plain(value) in ("1", "true", "yes") or value is True
-        stated["fisheye" if fisheye else "brown-conrady"] = f"{name} {value}"
-    if len(stated) > 1:
         raise format_error(
-            f"The file states two lenses: {' and '.join(stated.values())}.", "Correct the file."
+            f"{at[:-1] or 'The file'} has no {x if first is None else y}.", "Add it."
         )
-    return next(iter(stated), None)
+    return number(first[1], at + first[0]), number(second[1], at + second[0])
 
 
 def _says_none(names: Names) -> bool:
@@ -398,30 +140,11 @@ def _refuse_unread(names: Names, at: str, is_complete: bool) -> None:
     for name, key in names.keys.items():
         if name not in ALWAYS_UNREAD and (is_complete or not UNREAD.fullmatch(name)):
             continue
-        if _has_numbers(next(names.find((name,)))[1]):
+        if has_numbers(next(names.find((name,)))[1]):
             raise format_error(
                 f"{at}{key} is not read, and may belong to the lens.",
                 "Call the coefficients distortion_coefficients, in OpenCV's order, or remove it.",
             )
-
-
-def _has_numbers(value: Any) -> bool:
-    """Whether a number other than 0 is in it."""
-    if isinstance(value, dict):
-        return any(map(_has_numbers, value.values()))
-    if isinstance(value, list):
-        return any(map(_has_numbers, value))
-    try:
-        return float(value) != 0
-    except (TypeError, ValueError):
-        return False
-
-
-def _other_lens(at: str, value: Any) -> BadInput:
-    return format_error(
-        f"{at} is {str(value)[:40]!r}: there is no such lens here.",
-        "Calibrate with plumb_bob (radtan), rational_polynomial or equidistant.",
-    )
 
 
 def _terms(names: Names, lens: str | None, more: tuple[Any, ...], at: str) -> tuple[float, ...]:
@@ -457,12 +180,12 @@ def _named_terms(names: Names, lens: str | None, at: str) -> tuple[float, ...]:
     return tuple(given.get(name, 0.0) for name in (BROWN_TERMS if is_brown else FISHEYE_TERMS))
 
 
-def _size(names: Names, at: str) -> ImageSize | None:
+def size_of(names: Names, at: str) -> ImageSize | None:
     width, height = names.first(*WIDTH), names.first(*HEIGHT)
     if width is not None or height is not None:
         for found, name in ((width, "image_width"), (height, "image_height")):
             if found is None:
-                raise format_error(f"{at or 'The file '}has no {name}.", f"Add {name}.")
+                raise format_error(f"{at[:-1] or 'The file'} has no {name}.", f"Add {name}.")
         assert width is not None and height is not None
         return checked_size(width[1], height[1])
     found = names.first(*SIZE)
@@ -471,11 +194,11 @@ def _size(names: Names, at: str) -> ImageSize | None:
     if isinstance(found[1], dict):
         short = {"w": "width", "h": "height"}
         part = {short.get(str(key), str(key)): side for key, side in found[1].items()}
-        return _size(Names(part), f"{at}{found[0]}.")
+        return size_of(Names(part), f"{at}{found[0]}.")
     return checked_size(*numbers(found[1], at + found[0], (2,)))
 
 
-def _extrinsics(names: Names) -> tuple[float, ...] | None:
+def extrinsics(names: Names) -> tuple[float, ...] | None:
     """Return mrcal's extrinsics, from the file's reference to the camera; older files call them so."""
     found = names.first("rtcamref", "extrinsics")
     return (

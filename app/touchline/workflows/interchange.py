@@ -23,11 +23,13 @@ from touchline.core.statements import named, say, stated
 from touchline.evaluate.approximation import ApproximationError, approximation_error
 from touchline.evaluate.report import report
 from touchline.fitting.contract import corrected_rectangle
-from touchline.formats import FORMATS, camera_file
+from touchline.formats import FORMATS, camera_file, ssl_settings
 from touchline.formats.approximation import exact_camera, export_camera
 from touchline.formats.camera_file import LENSES_WITH_FISHEYE, CameraFile
+from touchline.formats.document import parse
+from touchline.formats.program_forms import PROGRAMS
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
-from touchline.formats.stated_camera import PROGRAMS
+from touchline.formats.vision_processor_start import AreaCorners
 from touchline.installation import __version__
 from touchline.models import model_of, parameters_json
 from touchline.models.contract import RECTANGLE_FIELDS
@@ -38,6 +40,9 @@ NO_OPTIONS = dict.fromkeys(
     ("n_rectangles_x", "n_rectangles_y", "w_max_rectangle_px", "h_max_rectangle_px")
 )
 MAX_TABLE_POINTS = 3000  # of another program's table, which is fitted at once: some seconds
+# the note of a calibration that is fitted to a file's points, and its model where none is stated
+POINTS = ("Fitted to imported points.", "polynomial")
+CORNERS = ("Fitted to the four corners of an imported config.yml.", "homography")
 GRID = 41  # places each way by which a region is told from what a camera sees
 
 
@@ -129,33 +134,31 @@ def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
 
 def read_file(
     data: bytes, options: ImportOptions = ImportOptions()
-) -> Calibration | CameraFile | Observations:
+) -> Calibration | CameraFile | Observations | AreaCorners:
     """Read a file. Its bytes alone say what it is; the caller states what they do not."""
-    for name, kind in FORMATS.items():
+    entry = options.entry
+    if entry is None and options.camera_id is not None:
+        entry = str(options.camera_id)
+    for kind in FORMATS.values():
         if kind.read is not None and kind.recognises is not None and kind.recognises(data):
-            return kind.read(data, _number(options)) if name == "ssl-vision" else kind.read(data)
-    if data[:4] == b"PK\x03\x04":
-        raise BadInput(
-            say("import.remap-table", "A remap table contains no model and cannot be imported."),
-            say("import.as-json", "Import the calibration as json."),
-            reason="unknown-file",
-        )
+            return kind.read(data, entry) if kind.lenses else kind.read(data)
+    document = parse(data)
+    if (settings := ssl_settings.league_file(document)) is not None:
+        return settings.camera(entry)
     lens = options.model if options.model in LENSES_WITH_FISHEYE else None
-    return camera_file.read(data, options.entry, lens)
-
-
-def _number(options: ImportOptions) -> int | None:
-    """Return the number of a packet's camera, which a caller may also send as an entry."""
-    entry = options.entry or ""
-    return int(entry[:10]) if entry.isdecimal() else options.camera_id
+    return camera_file.camera_of(document, data, options.entry, lens)
 
 
 def calibration_from_file(
-    found: CameraFile | Observations, options: ImportOptions, fields: Mapping[str, Field]
+    found: CameraFile | Observations | AreaCorners,
+    options: ImportOptions,
+    fields: Mapping[str, Field],
 ) -> Calibration:
     """Make a calibration of another program's file; points are fitted. The store gives its id and date."""
     if isinstance(found, CameraFile):
         return _of_camera(found, options, fields)
+    if isinstance(found, AreaCorners):
+        return _of_corners(found, options, fields)
     if options.field is None or options.region is None or options.image_size is None:
         raise BadInput(
             say(
@@ -176,17 +179,56 @@ def calibration_from_file(
             reason="too-many-points",
         )
     field = _known(fields, options.field)
+    region = field.region(options.region, options.rotate)
+    return _fitted(found, field, region, options.image_size, options, POINTS)
+
+
+def _of_corners(
+    found: AreaCorners, options: ImportOptions, fields: Mapping[str, Field]
+) -> Calibration:
+    """Make a calibration without a lens of the corners from which another program's calibration starts."""
+    if options.field is None:
+        raise _no_field()
+    size = options.image_size or found.image_size
+    if size is None:
+        raise _no_image_size()
+    field = _known(fields, options.field)
+    named = options.region
+    region = found.region(field) if named is None else field.region(named, options.rotate)
+    return _fitted(found.observations(region), field, region, size, options, CORNERS)
+
+
+def _fitted(
+    points: Observations,
+    field: Field,
+    region: Region,
+    size: ImageSize,
+    options: ImportOptions,
+    of: tuple[str, str],
+) -> Calibration:
+    """Fit imported points. of: the note, and the model where the caller states none."""
+    note, model = of
     request = CalibrationRequest(
-        found,
-        field,
-        field.region(options.region, options.rotate),
-        options.image_size,
-        options.model or "polynomial",
-        camera=options.camera,
-        note="Fitted to imported points.",
+        points, field, region, size, options.model or model, camera=options.camera, note=note
     )
     request.check_names((request.model,))
     return request.record(request.run())
+
+
+def _no_field() -> BadInput:
+    return BadInput(
+        say("import.no-field", "The file does not state the field of the camera."),
+        say("import.enter-field-name", "Enter it: field."),
+        reason="no-field",
+    )
+
+
+def _no_image_size() -> BadInput:
+    return BadInput(
+        say("import.no-image-size", "The file does not state the image size."),
+        say("import.enter-image-size", "Enter it: image_size."),
+        reason="no-image-size",
+    )
 
 
 def _program(found: CameraFile) -> str:
@@ -271,11 +313,7 @@ def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field
             else replace(received, name=next(free))
         )
     if found.metadata.field is None:
-        raise BadInput(
-            say("import.no-field", "The file does not state the field of the camera."),
-            say("import.enter-field-name", "Enter it: field."),
-            reason="no-field",
-        )
+        raise _no_field()
     return _known(fields, found.metadata.field)
 
 
@@ -326,11 +364,7 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
 def _view(found: CameraFile, region: Region) -> dict[str, Any]:
     size = found.image_size
     if size is None:
-        raise BadInput(
-            say("import.no-image-size", "The file does not state the image size."),
-            say("import.enter-image-size", "Enter it: image_size."),
-            reason="no-image-size",
-        )
+        raise _no_image_size()
     drawn = found.metadata.rectangle or corrected_rectangle(NO_OPTIONS, region, size)
     return dict(zip(RECTANGLE_FIELDS, (*drawn, region, size), strict=True))
 

@@ -18,7 +18,19 @@ export const imported = signal(/** @type {Outcome | null} */ (null));
 /** @typedef {{ id: string, version: number | null, camera: string | null, note: string, isLens: boolean }} Kept */
 
 const ABOUT = "import";
-const SUFFIXES = ["json", "yml", "yaml", "csv", "cameramodel", "pb", "xml", "toml", "ini", "txt"];
+const SUFFIXES = [
+  "json",
+  "yml",
+  "yaml",
+  "csv",
+  "cameramodel",
+  "pb",
+  "xml",
+  "toml",
+  "ini",
+  "txt",
+  "npz",
+];
 export const ACCEPTED = SUFFIXES.map((suffix) => `.${suffix}`).join(",");
 
 /**

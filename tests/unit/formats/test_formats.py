@@ -13,6 +13,7 @@ from tests.support.examples import plain_examples
 from tests.support.exported import (
     EXAMPLES,
     LENS_FORMATS,
+    OF_LEAGUE,
     RAY_EXAMPLES,
     READABLE,
     example,
@@ -116,7 +117,7 @@ def test_what_a_format_holds_is_projected_alike_when_it_is_read_back(format, nam
         ).max()
         # floats of four bytes: a thousandth of a pixel
         assert off < (1e-6 if made.loss is None else 2e-3)
-    if format == "ssl-vision":
+    if format in OF_LEAGUE:
         assert 0 < made.loss.worst_mm < 0.01 and made.loss.hat_worst_mm < 0.01
     else:
         assert made.loss is None
@@ -245,7 +246,7 @@ SPOILT = [
     ],
 )
 def test_a_spoilt_file_is_refused_with_a_fix(name, spoil):
-    model = ("ssl", 0) if name == "ssl-vision" else ("brown-conrady", 0)
+    model = ("ssl", 0) if name in OF_LEAGUE else ("brown-conrady", 0)
     written = interchange.export(example(*model), name).data
     assert spoil(written) != written
     with pytest.raises(TouchlineError) as refusal:
@@ -308,10 +309,11 @@ def test_a_file_that_is_imported_is_the_same_camera_over_the_same_region(format,
     )
     model, other = model_of(name, index), model_from_json(back.model_name, back.model_parameters)
     flat = seen_places(model, 150.0)
-    np.testing.assert_allclose(other.project(flat), model.project(flat), atol=1e-6)
+    atol = 1e-3 if format in OF_LEAGUE else 1e-6
+    np.testing.assert_allclose(other.project(flat), model.project(flat), atol=atol)
     pixels = _pixels(model)
     np.testing.assert_allclose(
-        other.corrected_from_raw(pixels), model.corrected_from_raw(pixels), atol=1e-6
+        other.corrected_from_raw(pixels), model.corrected_from_raw(pixels), atol=atol
     )
 
 

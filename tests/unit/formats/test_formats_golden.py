@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from tests.golden.make import cases, path
-from tests.support.exported import LENS_FORMATS, example, model_of, seen_places
+from tests.support.exported import LENS_FORMATS, OF_LEAGUE, example, model_of, seen_places
 from touchline.core.records import Calibration
 from touchline.formats import FORMATS
+from touchline.formats.vision_processor_start import AreaCorners
+from touchline.models import raw_from_field
 from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_WrapperPacket
@@ -66,7 +68,14 @@ def test_it_is_read_as_it_was(format, name, index):
         np.testing.assert_allclose(
             camera.project(places),
             model.project(places),
-            atol=2e-3 if format == "ssl-vision" else 1e-6,
+            atol=2e-3 if format in OF_LEAGUE else 1e-6,
+        )
+    elif isinstance(read, AreaCorners):
+        region = model.region
+        np.testing.assert_allclose(
+            [o.points[0] for o in read.observations(region)],
+            raw_from_field(model, np.array([o.feature for o in read.observations(region)])),
+            atol=0.06,
         )
     elif isinstance(read, Calibration):
         assert read.id == "c0ffee" and read.model_name == name

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.support.exported import READABLE, example
+from tests.support.exported import OF_LEAGUE, READABLE, example
 from tests.support.tiers import rounds
 from tests.unit.formats.test_imports import OUTSIDE
 from touchline.core.errors import TouchlineError
@@ -55,7 +55,7 @@ SCRAPS = [
 @cache
 def written(format: str) -> bytes:
     return interchange.export(
-        example("ssl" if format == "ssl-vision" else "brown-conrady", 0), format
+        example("ssl" if format in OF_LEAGUE else "brown-conrady", 0), format
     ).data
 
 

@@ -3,6 +3,7 @@
 Or refused with what the file is and what is missing; none is read as another lens.
 """
 
+import io
 import json
 
 import numpy as np
@@ -34,6 +35,57 @@ def brown(text: str | bytes, terms=TERMS, pixels=PIXELS, **stated):
 
 def fisheye(text: str | bytes, terms=FISHEYE, pixels=PIXELS, **stated):
     return text, "fisheye", terms, pixels, stated
+
+
+BOOFCV = """# Pinhole camera model with radial and tangential distortion
+pinhole:
+  fx: 350
+  fy: 351
+  cx: 640
+  cy: 480
+  width: 1280
+  height: 960
+  skew: {skew}
+model: pinhole_radial_tangential
+radial_tangential:
+  radial:
+  - -0.1
+  - 0.09
+  t1: 0.001
+  t2: 0.0005
+"""
+OKVIS = """%YAML:1.0
+cameras:
+     - {T_SC:
+        [ 1, 0, 0, 0.1,
+          0, 1, 0, 0,
+          0, 0, 1, 0,
+          0, 0, 0, 1],
+        image_dimension: [1280, 960],
+        distortion_coefficients: [-0.1, 0.09, 0.001, 0.0005],
+        distortion_type: radialtangential,
+        focal_length: [350, 351],
+        principal_point: [640, 480]}
+camera_params:
+    camera_rate: 30
+"""
+# the centre of its first pixel is (0.5, 0.5)
+NERFSTUDIO = json.dumps(
+    {"w": 1280, "h": 960, "fl_x": 350, "fl_y": 351, "cx": 640.5, "cy": 480.5}
+    | {"k1": -0.1, "k2": 0.09, "p1": 0.001, "p2": 0.0005, "camera_model": "OPENCV", "frames": []}
+)
+
+
+def depthai(terms, kind=0):
+    camera = {"cameraType": kind, "distortionCoeff": [*terms], "intrinsicMatrix": ROWS}
+    camera |= {"width": 1280, "height": 960, "lensPosition": 128, "specHfovDeg": 68.7}
+    return {"boardName": "b", "cameraData": [[0, camera]], "version": 6}
+
+
+def npz(**arrays: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    np.savez_compressed(file, **arrays)
+    return file.getvalue()
 
 
 OST = """# oST version 5.0 parameters
@@ -384,6 +436,39 @@ SHAPES = {
     "BoofCV's model, in OpenCV's names": brown(
         yaml(f"K: {ROWS}", "model: pinhole_radial_tangential", f"dist: {[*TERMS[:4]]}"), TERMS[:4]
     ),
+    "BoofCV": brown(BOOFCV.format(skew=0.0), TERMS[:4]),
+    "OKVIS": brown(OKVIS, TERMS[:4]),
+    "OKVIS, rational": brown(
+        OKVIS.replace("radialtangential", "radialtangential8").replace(
+            "0.0005]", "0.0005, 0.02, 0.01, 0.02, 0.03]"
+        ),
+        (*TERMS, 0.01, 0.02, 0.03),
+    ),
+    "nerfstudio": brown(NERFSTUDIO, TERMS[:4]),
+    "nerfstudio, fisheye": fisheye(
+        NERFSTUDIO.replace("OPENCV", "OPENCV_FISHEYE")
+        .replace('"k1": -0.1, "k2": 0.09, "p1": 0.001, "p2": 0.0005', '"k1": 0.05, "k2": 0.002')
+        .replace('"k2": 0.002', '"k2": 0.002, "k3": 0.0004, "k4": -0.00002'),
+    ),
+    "DepthAI": brown(json.dumps(depthai([*TERMS, *[0.0] * 9]))),
+    "DepthAI, fisheye": fisheye(json.dumps(depthai([*FISHEYE, *[0.0] * 10], kind=1))),
+    "npz": brown(npz(mtx=np.array(ROWS), dist=np.array([TERMS]), img_size=np.array([1280, 960]))),
+    "npz by columns, in other types": brown(
+        npz(
+            camera_matrix=np.asfortranarray(np.array(ROWS, "f4")),
+            dist_coeffs=np.array([[-0.125], [0.0625], [0.0], [0.0], [0.0]], ">f4"),
+            width=np.uint16(1280),
+            height=np.int64(960),
+            rvecs=np.zeros((40, 3, 1)),
+            names=np.array(["a", "b"]),
+            tvecs=np.array([None, 1], object),
+        ),
+        (-0.125, 0.0625),
+    ),
+    "npz of a fisheye": fisheye(
+        npz(K=np.array(ROWS), D=np.array(FISHEYE)[:, None], DIM=np.array([1280, 960])),
+        model="fisheye",
+    ),
     "RealSense": brown(
         json.dumps(
             {"fx": 350, "fy": 351, "ppx": 640, "ppy": 480, "width": 1280, "height": 960}
@@ -508,11 +593,11 @@ REFUSED = {
         "bad-calibration",
         "two lenses",
     ),
-    "S21 omni": (KALIBR.replace("pinhole", "omni"), "bad-calibration", "camera_model is 'omni'"),
+    "S21 omni": (KALIBR.replace("pinhole", "omni"), "bad-calibration", "cam0 has no xi"),
     "S21 stereographic": (
         MRCAL.replace("OPENCV5", "STEREOGRAPHIC"),
         "bad-calibration",
-        "STEREOGRAPHIC",
+        "intrinsics has 9 numbers",
     ),
     "S21 splined": (
         MRCAL.replace("OPENCV5", "SPLINED_STEREOGRAPHIC_order=3_Nx=30_Ny=18_fov_x_deg=150"),
@@ -522,9 +607,9 @@ REFUSED = {
     "S23": (
         json.dumps({**PHOTON, "lensmodel": "LENSMODEL_STERIOGRAPHIC"}),
         "bad-calibration",
-        "STERIOGRAPHIC",
+        "(stereographic) with coefficients that no fisheye has",
     ),
-    "VINS MEI": (VINS.format(model="MEI"), "bad-calibration", "model_type is 'MEI'"),
+    "VINS MEI": (VINS.format(model="MEI"), "bad-calibration", "has no xi"),
     "COLMAP FOV": (COLMAP.format(model="FOV", terms="0.9"), "bad-calibration", "'FOV'"),
     "RealSense": (
         json.dumps({"K": NINE, "D": TERMS, "model": "distortion.inverse_brown_conrady"}),
@@ -542,16 +627,22 @@ REFUSED = {
         "unknown-file",
         "no camera",
     ),
-    "BoofCV": (
-        yaml(
-            "pinhole: {fx: 350, fy: 351, cx: 640, cy: 480, width: 1280, height: 960, skew: 0}",
-            "model: pinhole_radial_tangential",
-            "radial_tangential: {radial: [-0.1, 0.09], t1: 0.001, t2: 0.0005}",
-            size="",
-        ),
+    "BoofCV with skew": (BOOFCV.format(skew=0.5), "bad-calibration", "skew is not read"),
+    "nerfstudio, r⁸": (
+        NERFSTUDIO.replace('"OPENCV"', '"OPENCV", "k4": 0.001'),
         "bad-calibration",
-        "radial_tangential is not read",
+        "k4 is of r⁸",
     ),
+    "DepthAI with a thin prism": (
+        json.dumps(depthai([*TERMS, 0, 0, 0, 0.01, 0, 0, 0, 0, 0])),
+        "bad-calibration",
+        "thin prism",
+    ),
+    "Python's objects": (b"\x80\x04\x95\x10", "bad-calibration", "is a dump of Python objects"),
+    "MATLAB's own": (b"MATLAB 5.0 MAT-file, Platform", "bad-calibration", "is a MAT file"),
+    "a cut npz": (npz(K=np.array(ROWS))[:-30], "bad-calibration", "not a whole npz"),
+    "an npz of objects": (npz(K=np.array([ROWS, None], object)), "unknown-file", "no camera"),
+    "our own remap table": (npz(raw_x=np.zeros((4, 4))), "unknown-file", "A remap table"),
     "BoofCV, universal": (
         yaml(
             "pinhole: {fx: 350, fy: 351, cx: 640, cy: 480, width: 1280, height: 960}",
@@ -569,7 +660,7 @@ REFUSED = {
             }
         ),
         "bad-calibration",
-        "camera_type is 'ds'",
+        "has no alpha",
     ),
     "a spelling of its own": (
         yaml(f"K: {{{K}}}", "distortion_coefficents: [0.1, 0, 0, 0, 0]"),
@@ -611,7 +702,7 @@ REFUSED = {
     "S26 ssl-vision's settings": (
         '<?xml version="1.0"?>\n<VarXML>\n<Var name="Field Length" type="double">\n6100,000000\n</Var></VarXML>',
         "unknown-file",
-        "the settings of ssl-vision",
+        "settings of ssl-vision, but no field",
     ),
     "XML with a type": (
         '<?xml version="1.0"?><!DOCTYPE a SYSTEM "http://127.0.0.1:9/a.dtd">' + XML[22:],

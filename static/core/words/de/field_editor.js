@@ -33,6 +33,7 @@ export default /** @type {const} */ ({
   "field-editor.card.json": "JSON{of}",
   "field-editor.card.of": " von {title}",
   "field-editor.card.ssl-vision": "SSL-Vision-Paket{of}",
+  "field-editor.card.vision-processor": "vision-processor-Datei{of}",
   "field-editor.choose-camera": "Kamera auswählen",
   "field-editor.chosen.angle-from": "Von",
   "field-editor.chosen.angle-to": "Bis",
@@ -131,4 +132,5 @@ export default /** @type {const} */ ({
   "field-editor.use.no-camera": "Noch keine Kamera verwendet dieses Feld.",
   "field-editor.use.ssl-vision": "SSL-Vision-Paket",
   "field-editor.use.under": "Verwendet von {cameras}.",
+  "field-editor.use.vision-processor": "vision-processor-Datei",
 });

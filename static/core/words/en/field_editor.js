@@ -33,6 +33,7 @@ export default /** @type {const} */ ({
   "field-editor.card.json": "JSON{of}",
   "field-editor.card.of": " of {title}",
   "field-editor.card.ssl-vision": "SSL-Vision packet{of}",
+  "field-editor.card.vision-processor": "vision-processor file{of}",
   "field-editor.choose-camera": "Choose a camera",
   "field-editor.chosen.angle-from": "From",
   "field-editor.chosen.angle-to": "To",
@@ -131,4 +132,5 @@ export default /** @type {const} */ ({
   "field-editor.use.no-camera": "No camera uses this field yet.",
   "field-editor.use.ssl-vision": "SSL-Vision packet",
   "field-editor.use.under": "Used by {cameras}.",
+  "field-editor.use.vision-processor": "vision-processor file",
 });

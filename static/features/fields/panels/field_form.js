@@ -203,6 +203,9 @@ function Uses({ doc }) {
       <${ActionButton} id="copy-field" />
       <a href=${address(`/fields/${name}/export/json`)} download>${t("field-editor.use.json")}</a>
       <a href=${address(`/fields/${name}/export/ssl-vision`)} download>${t("field-editor.use.ssl-vision")}</a>
+      <a href=${address(`/fields/${name}/export/vision-processor`)} download>
+        ${t("field-editor.use.vision-processor")}
+      </a>
       ${
         !isShipped.value &&
         html`<button

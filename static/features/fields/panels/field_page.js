@@ -44,7 +44,7 @@ export function FieldPage() {
           type="file"
           class="sr"
           data-testid="field-file"
-          accept=".json,.pb"
+          accept=".json,.pb,.xml,.yml,.yaml"
           onChange=${(/** @type {{ target: HTMLInputElement }} */ { target }) => {
             const file = target.files?.[0];
             if (file) void openFieldFile(file);
@@ -163,6 +163,9 @@ function Links({ it: { name, title, length_mm: length, width_mm: width } }) {
     </a>
     <a href=${address(`/fields/${name}/export/ssl-vision`)} download>
       ${rich("field-editor.card.ssl-vision", { of })}
+    </a>
+    <a href=${address(`/fields/${name}/export/vision-processor`)} download>
+      ${rich("field-editor.card.vision-processor", { of })}
     </a>
   </div>`;
 }
