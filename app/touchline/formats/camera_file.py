@@ -417,7 +417,7 @@ def _with_dots_as_levels(value: JsonObject) -> JsonObject:
         return dict(value)
     first = nested.get("Camera", {})
     if len(nested) > 1 and "fx" not in first:
-        nested.pop("Camera")
+        nested.pop("Camera", None)
     common = {key: first[key] for key in ("type", "width", "height") if key in first}
     return {name: common | part for name, part in nested.items()}
 

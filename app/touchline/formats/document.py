@@ -40,7 +40,9 @@ NOT_READ = {
     b"\x93NUMPY": ("one array without a name", "npz, with its matrix and coefficients"),
 }
 SPACE = b" \t\r\n"
-MAX_XML_BYTES = 4 << 20  # ssl-vision's settings with samples of colours have 0.4 MB
+MAX_PLAIN_BYTES = (
+    2 << 20
+)  # of XML and JSON: ssl-vision's settings with samples of colours have 0.4 MB
 VAR, VAR_NAME = "Var", "name"  # the elements of ssl-vision's settings, and what they are called by
 
 
@@ -67,10 +69,12 @@ def parse(data: bytes) -> FileContent:
             raise format_error(f"The file is {kind}, which is not read.", f"Save it as {instead}.")
     data = _as_utf8(data)
     if data.lstrip(SPACE)[:1] == b"<":
-        return FileContent("XML", (_from_xml(_limited(data, MAX_XML_BYTES)),))
+        return FileContent("XML", (_from_xml(_limited(data, MAX_PLAIN_BYTES)),))
     if JSON.match(data):
         try:
-            return FileContent("JSON", (json.loads(_limited(PICTURE.sub(b'""', data))),))
+            return FileContent(
+                "JSON", (json.loads(_limited(PICTURE.sub(b'""', data), MAX_PLAIN_BYTES)),)
+            )
         except (ValueError, RecursionError) as error:
             if b"'" not in data[:4096]:  # not Python's either
                 raise format_error(

@@ -162,7 +162,10 @@ def _of_boofcv(value: JsonObject, at: str) -> JsonObject:
     usual: JsonObject = {key: part for key, part in value.items() if not isinstance(part, dict)}
     usual |= value["pinhole"]
     if isinstance(lens := value.get("radial_tangential"), dict):
-        radial = numbers(lens.get("radial", []), f"{at}radial", (0, 1, 2, 3))
+        given = lens.get("radial")
+        radial = numbers(given if isinstance(given, list) else [], f"{at}radial", range(9))
+        if any(radial[3:]):
+            raise format_error(f"{at}radial has terms beyond r⁶.", "Calibrate with at most three.")
         usual |= dict(zip(("k1", "k2", "k3"), radial, strict=False))
         usual |= {"p1": lens.get("t1", 0.0), "p2": lens.get("t2", 0.0)}
     return usual

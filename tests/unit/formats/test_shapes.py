@@ -437,6 +437,9 @@ SHAPES = {
         yaml(f"K: {ROWS}", "model: pinhole_radial_tangential", f"dist: {[*TERMS[:4]]}"), TERMS[:4]
     ),
     "BoofCV": brown(BOOFCV.format(skew=0.0), TERMS[:4]),
+    "BoofCV with zeros beyond": brown(
+        BOOFCV.format(skew=0).replace("  - 0.09\n", "  - 0.09\n  - 0.02\n  - 0.0\n"), TERMS
+    ),
     "OKVIS": brown(OKVIS, TERMS[:4]),
     "OKVIS, rational": brown(
         OKVIS.replace("radialtangential", "radialtangential8").replace(
@@ -628,6 +631,11 @@ REFUSED = {
         "no camera",
     ),
     "BoofCV with skew": (BOOFCV.format(skew=0.5), "bad-calibration", "skew is not read"),
+    "BoofCV, r⁸": (
+        BOOFCV.format(skew=0).replace("  - 0.09\n", "  - 0.09\n  - 0.0\n  - 0.1\n"),
+        "bad-calibration",
+        "terms beyond r⁶",
+    ),
     "nerfstudio, r⁸": (
         NERFSTUDIO.replace('"OPENCV"', '"OPENCV", "k4": 0.001'),
         "bad-calibration",
@@ -688,6 +696,11 @@ REFUSED = {
         "12 cameras: 0, 1, 2, 3, 4, 5, 6, 7, …",
     ),
     "two cameras of oST": (OST_PAIR, "several-cameras", "narrow_stereo/right"),
+    "two cameras of ORB-SLAM by number": (
+        "Camera1.fx: 450\nCamera2.fx: 450\n",
+        "unknown-file",
+        "no camera",
+    ),
     "two cameras of ORB-SLAM": (ORB_PAIR, "several-cameras", "Camera, Camera2"),
     "gyroflow of another lens": (
         json.dumps(
