@@ -31,6 +31,7 @@ from touchline.formats.stated_camera import (
     is_matrix,
     plain,
     program_of,
+    size_in,
     stated_camera,
 )
 from touchline.models.intrinsics import Intrinsics
@@ -139,8 +140,11 @@ class CameraFile:
         """Return the image size; BadInput where the file does not tell."""
         if self.image_size is None:
             raise BadInput(
-                "The file does not state the image size.",
-                "Enter it: image_size, as WIDTHxHEIGHT in pixels.",
+                say("import.no-image-size", "The file does not state the image size."),
+                say(
+                    "import.enter-image-size",
+                    "Enter it as WIDTHxHEIGHT in pixels. From a program, send it as image_size.",
+                ),
                 reason="no-image-size",
             )
         return self.image_size
@@ -212,11 +216,18 @@ class CameraFile:
         return camera
 
 
-def read(data: bytes, entry: str | None = None, lens: str | None = None) -> CameraFile:
+def read(
+    data: bytes,
+    entry: str | None = None,
+    lens: str | None = None,
+    size: ImageSize | None = None,
+) -> CameraFile:
     """Read a camera of another program's file. entry: which, of several; lens: its model where the file states none.
 
+    size: of the images, where the caller states it.
+
     Refused with what the file is: unknown-file, several-cameras with their names as "entries", no-such-camera,
-    unstated-lens, or what is wrong in it.
+    unstated-lens with both as "lenses", or what is wrong in it.
     """
     if b"<VarXML" in data[:1024]:
         raise BadInput(
@@ -260,24 +271,40 @@ def read(data: bytes, entry: str | None = None, lens: str | None = None) -> Came
     if entry is not None and entry not in cameras:
         raise Conflict(
             f"The file contains no camera called {entry[:64]!r}.",
-            f"Use one of: {', '.join(listed)}." if "" not in cameras else "Omit entry.",
+            f"Use one of: {', '.join(listed)}."
+            if "" not in cameras
+            else "Choose none. From a program, omit entry.",
             reason="no-such-camera",
         )
     name = next(iter(cameras)) if entry is None else entry
     program, value = cameras[name]
-    stated = stated_camera(value, program, f"{name}." if name else "", lens)
+    at = f"{name}." if name else ""
+    stated = stated_camera(value, program, at, lens)
     if stated.lens is None:
+        lenses = [
+            _camera_file(stated_camera(value, program, at, model), model, value, data)
+            .at_size(size)
+            .lens()
+            for model in LENSES_WITH_FISHEYE
+        ]
         raise BadInput(
             say(
                 "import.unstated-lens",
                 "The file does not state its lens: four coefficients are k1, k2, p1, p2 of an ordinary lens, or k1 to "
-                "k4 of a fisheye.",
+                "k4 of a fisheye. From corner to corner it sees {ordinary_deg:.0f}° as an ordinary lens, "
+                "{fisheye_deg:.0f}° as a fisheye.",
+                ordinary_deg=lenses[0].view_deg,
+                fisheye_deg=lenses[1].view_deg,
             ),
             say(
                 "import.unstated-lens.fix",
                 "Choose the lens. From a program, send model as brown-conrady or fisheye.",
             ),
             reason="unstated-lens",
+            lenses=[
+                {"model": lens.model, "view_deg": lens.view_deg, "lens": lens.to_json()}
+                for lens in lenses
+            ],
         )
     return _camera_file(stated, stated.lens, value, data)
 
@@ -379,11 +406,19 @@ def _cameras(
     for affix, part in pairs.items():
         yield affix, "opencv", part
     inherited = {key: part for key, part in value.items() if _is_of_what_is_below(key, part)}
+    size = size_in(value)
     for key, part in value.items() if not pairs else ():
         if isinstance(part, dict):
             about = inherited | ({"fisheye": True} if "fisheye" in plain(key) else {})
-            part = {k: v for k, v in about.items() if k != key} | part
+            part = {k: v for k, v in about.items() if k != key} | _of_size(part, size)
+        elif isinstance(part, list):
+            part = [_of_size(one, size) if isinstance(one, dict) else one for one in part]
         yield from _cameras(part, syntax, _below(name, str(key)), level + 1)
+
+
+def _of_size(part: JsonObject, size: JsonObject) -> JsonObject:
+    """Return a mapping with the size that is stated one level up, where it states none itself."""
+    return part if size_in(part) else size | part
 
 
 def _is_of_what_is_below(key: str, part: Any) -> bool:

@@ -81,6 +81,7 @@ LENS = [
     "type",
     "model",
 ]
+LEAST_SIDE_PX = 64  # less is a board's size, in squares
 IS_FISHEYE = ["fisheyemodel", "fisheye", "isfisheye"]
 COUNTS = (0, 4, 5, 8, 12, 14)  # of coefficients in a list, as OpenCV has it
 # what programs call the two lenses, and those that we have no lens for
@@ -108,7 +109,7 @@ UNREAD = re.compile(
 )
 ALWAYS_UNREAD = ("xi", "skew", "mirroroffset")  # whatever terms there are
 # what a mapping says of the camera in it
-INHERITED = (*LENS, *IS_FISHEYE, *TERMS, "calibdimension")
+INHERITED = (*LENS, *IS_FISHEYE, *TERMS)
 # COLMAP's models: our lens, and what their parameters are called
 COLMAP = {
     "SIMPLE_PINHOLE": ("brown-conrady", "f cx cy"),
@@ -234,7 +235,9 @@ def stated_camera(
     names = Names(value)
     lens = lens or _stated_lens(names, at)
     if given is not None and lens is not None and given != lens:
-        raise format_error(f"The file states its lens: {lens}.", f"Omit {given}.")
+        raise format_error(
+            f"The file states its lens: {lens}.", "Choose none. From a program, omit model."
+        )
     lens = lens or given
     found = next((it for it in names.find(MATRIX) if is_matrix(it[1])), None)
     if found is None:
@@ -473,6 +476,17 @@ def _size(names: Names, at: str) -> ImageSize | None:
         part = {short.get(str(key), str(key)): side for key, side in found[1].items()}
         return _size(Names(part), f"{at}{found[0]}.")
     return checked_size(*numbers(found[1], at + found[0], (2,)))
+
+
+def size_in(value: JsonObject) -> JsonObject:
+    """Return what states the image size in a mapping; nothing where it is none, as a board's."""
+    try:
+        found = _size(Names(value), "")
+    except BadInput:
+        return {}
+    if found is None or min(found) < LEAST_SIDE_PX:
+        return {}
+    return {key: part for key, part in value.items() if plain(key) in (*WIDTH, *HEIGHT, *SIZE)}
 
 
 def _extrinsics(names: Names) -> tuple[float, ...] | None:
