@@ -144,7 +144,7 @@ def read(data: bytes, camera_id: int | None = None) -> CameraFile:
     if camera_id is None and len(ids) > 1:
         raise Conflict(
             f"The packet contains the cameras {', '.join(map(str, ids))}.",
-            "Enter one: camera_id.",
+            "Choose one of them. From a program, send its number as camera_id.",
             reason="several-cameras",
             entries=[*map(str, ids)],
         )

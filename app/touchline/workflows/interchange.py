@@ -141,7 +141,7 @@ def read_file(
             reason="unknown-file",
         )
     lens = options.model if options.model in LENSES_WITH_FISHEYE else None
-    return camera_file.read(data, options.entry, lens)
+    return camera_file.read(data, options.entry, lens, options.image_size)
 
 
 def _number(options: ImportOptions) -> int | None:
@@ -162,7 +162,10 @@ def calibration_from_file(
                 "import.table-without-field",
                 "The table contains points, but not their field, covered area and image size.",
             ),
-            say("import.enter-field", "Enter field, region and image_size (as WIDTHxHEIGHT)."),
+            say(
+                "import.enter-field",
+                "Enter them. From a program, send field, region and image_size (as WIDTHxHEIGHT).",
+            ),
             reason="no-field",
         )
     if sum(len(observation.points) for observation in found) > MAX_TABLE_POINTS:
@@ -273,7 +276,7 @@ def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field
     if found.metadata.field is None:
         raise BadInput(
             say("import.no-field", "The file does not state the field of the camera."),
-            say("import.enter-field-name", "Enter it: field."),
+            say("import.enter-field-name", "Select it. From a program, send it as field."),
             reason="no-field",
         )
     return _known(fields, found.metadata.field)
@@ -283,7 +286,10 @@ def _known(fields: Mapping[str, Field], name: str) -> Field:
     if name not in fields:
         raise NotFound(
             say("import.unknown-field", "There is no field called {name!r} here.", name=name),
-            say("import.save-field", "Save the field here first, or enter another: field."),
+            say(
+                "import.save-field",
+                "Save the field here first, or select another. From a program, send its name as field.",
+            ),
             reason="unknown-field",
         )
     return fields[name]
@@ -324,13 +330,7 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
 
 
 def _view(found: CameraFile, region: Region) -> dict[str, Any]:
-    size = found.image_size
-    if size is None:
-        raise BadInput(
-            say("import.no-image-size", "The file does not state the image size."),
-            say("import.enter-image-size", "Enter it: image_size."),
-            reason="no-image-size",
-        )
+    size = found.known_size
     drawn = found.metadata.rectangle or corrected_rectangle(NO_OPTIONS, region, size)
     return dict(zip(RECTANGLE_FIELDS, (*drawn, region, size), strict=True))
 

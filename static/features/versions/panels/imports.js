@@ -5,6 +5,7 @@ import { busy, cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { reportAddress } from "../../report/address.js";
 import { activateCalibration } from "../activate.js";
+import { LensChoices } from "./lens_choices.js";
 import { ACCEPTED, importFile, importMessage, importOptions, imported } from "../imports.js";
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
@@ -111,8 +112,10 @@ function Became() {
     return html`<div class="warning-line" role="alert" data-testid="import-refusal">
       <b>${it.why.detail}</b> ${it.why.fix}
       ${
-        it.choices.length > 0 &&
-        html`<div class="line">
+        it.choices.some((choice) => choice.lens)
+          ? html`<${LensChoices} choices=${it.choices} choose=${it.choose} />`
+          : it.choices.length > 0 &&
+            html`<div class="line">
         ${it.choices.map(
           (choice) => html`<button
           type="button"
