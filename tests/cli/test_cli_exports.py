@@ -123,7 +123,7 @@ ASKED = {
     "no lens": (
         {**SIZED, "D": [0.1, 0, 0, 0]},
         (),
-        "sees 77° as an ordinary lens, 99° as a fisheye",
+        "sees 85° as an ordinary lens, 106° as a fisheye",
         "--model as brown-conrady or fisheye",
     ),
     "another lens": (

@@ -291,7 +291,7 @@ def read(
             say(
                 "import.unstated-lens",
                 "The file does not state its lens: four coefficients are k1, k2, p1, p2 of an ordinary lens, or k1 to "
-                "k4 of a fisheye. From corner to corner it sees {ordinary_deg:.0f}° as an ordinary lens, "
+                "k4 of a fisheye. From corner to corner, it sees {ordinary_deg:.0f}° as an ordinary lens, "
                 "{fisheye_deg:.0f}° as a fisheye.",
                 ordinary_deg=lenses[0].view_deg,
                 fisheye_deg=lenses[1].view_deg,

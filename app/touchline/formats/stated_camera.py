@@ -81,7 +81,7 @@ LENS = [
     "type",
     "model",
 ]
-LEAST_SIDE_PX = 64  # less is a board's size, in squares
+MIN_INHERITED_PX = 64  # less is a board's size, in squares
 IS_FISHEYE = ["fisheyemodel", "fisheye", "isfisheye"]
 COUNTS = (0, 4, 5, 8, 12, 14)  # of coefficients in a list, as OpenCV has it
 # what programs call the two lenses, and those that we have no lens for
@@ -484,7 +484,7 @@ def size_in(value: JsonObject) -> JsonObject:
         found = _size(Names(value), "")
     except BadInput:
         return {}
-    if found is None or min(found) < LEAST_SIDE_PX:
+    if found is None or min(found) < MIN_INHERITED_PX:
         return {}
     return {key: part for key, part in value.items() if plain(key) in (*WIDTH, *HEIGHT, *SIZE)}
 

@@ -12,6 +12,8 @@ import { ACCEPTED, importFile, importMessage, importOptions, imported } from "..
 
 export function ImportPage() {
   const { camera, field, region, image_size } = importOptions.value,
+    // what can be stated in the form, and not by a button alone
+    isAsked = imported.value?.choices.some(({ stated }) => !stated.entry),
     regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   /** @param {Partial<typeof importOptions.value>} more */
   const setOption = (more) => {
@@ -38,7 +40,7 @@ export function ImportPage() {
         onChange=${choose}
       />
     </label>
-    <details class="more">
+    <details class="more" open=${isAsked || undefined}>
       <summary>${t("versions.import.beside")}</summary>
       <div class="say-beside">
         <label>
