@@ -167,7 +167,11 @@ CAPABILITIES: Mapping[str, Capability] = {
         },
     ),
     "straight": Capability(
-        routes=("touchline.straight.routes:router", "touchline.straight.routes:rolls"),
+        routes=(
+            "touchline.straight.routes:router",
+            "touchline.straight.routes:lenses",
+            "touchline.straight.routes:rolls",
+        ),
         jobs={
             "straight.measure": "touchline.straight.straightness:run_straightness",
             "straight.rolls": "touchline.straight.rolling:run_motion",

@@ -114,7 +114,7 @@ export async function changeSeen(method, path, isSeen, json) {
  */
 export function toRefusal(error) {
   if (error instanceof Problem) {
-    const { title, type = "", feature = null, index = null, entry, entries } = error.body;
+    const { title, type = "", feature = null, index = null, entry, entries, lenses } = error.body;
     return {
       detail: error.detail,
       fix: error.fix,
@@ -124,6 +124,7 @@ export function toRefusal(error) {
       index,
       entry,
       entries,
+      lenses,
     };
   }
   throw error;

@@ -47,7 +47,9 @@ export interface SourceKind { scheme: string; title: string; help: string; targe
 /** What a sentence of the server states, for a page in another language; a value may be a statement itself. */
 export interface Statement { code?: string; values?: Record<string, StatedValue>; text?: string }
 export type StatedValue = string | number | Statement | StatedValue[];
-export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null; entry?: string; entries?: string[] }
+export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null; entry?: string; entries?: string[]; lenses?: LensReading[] }
+/** A lens that a file may mean. */
+export interface LensReading { model: "brown-conrady" | "fisheye"; view_deg: number; lens: { image_size: { width: number; height: number } } }
 /** A lens from a board, in short. */
 export interface Lens {
   id: string; created_at: string; camera: string | null; note: string; model: string; image_size: Point; views: number; rms_px: number | null;

@@ -24,6 +24,14 @@ from touchline.store.integrity import find_unreadable_rows
 
 DAMAGED = "POST /restore-backup"  # wants a database that is damaged: test_rest_restore_backup.py
 STREAM = "GET /cameras/{id}/stream.mjpg"
+WIDE = {
+    "model": "fisheye",
+    "terms": [0.05, 0.002, 0.0, 0.0],
+    "focal_px": 200.0,
+    "aspect": 1.0,
+    "centre_px": [160.0, 128.0],
+    "image_size": {"width": 320, "height": 256},
+}
 POINTS = [[100.0, 100.0], [200.0, 150.0]]
 
 Value = Callable[[World], Any]
@@ -201,6 +209,9 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /snapshots/{id}/snap": sent(id=snapshot, json={"points": POINTS}),
     "GET /stages": sent(),
     "POST /straightness": sent(json=clicked_edges()),
+    "POST /lenses/picture.{format}": sent(
+        format="png", json=lambda w: {"lens": WIDE, **pictured(w)}
+    ),
     "POST /straightness/picture.{format}": sent(
         format="png", json=lambda w: {"lens": w.bent, **pictured(w)}
     ),

@@ -2,12 +2,15 @@
 
 import json
 import os
+import re
 
 import pytest
 
 from tests.support.exported import OF_LEAGUE, example, model_of, of_model
 from tests.unit.formats.test_imports import KALIBR
 from touchline.formats import FORMATS
+from touchline.formats.approximation import export_camera
+from touchline.ssl_protocol.ssl_vision_pb2 import SSL_WrapperPacket
 from touchline.store.fields import load_fields
 
 
@@ -103,3 +106,65 @@ def test_a_file_of_ours_becomes_a_calibration_that_transform_takes(touchline, tm
     assert touchline("import", "north.pb", "-o", "x.json", "--camera-id", "7")[0] == 3
     assert touchline("import", "north.pb", "-o", "x.json", "--image-size", "640x512")[0] == 0
     assert touchline("import", "north.pb", "-o", "x.json", "--image-size", "big")[0] == 3
+
+
+CAMERA = {"fx": 400, "fy": 400, "cx": 320, "cy": 240, "D": [0.1, 0, 0, 0, 0]}
+SIZED = {**CAMERA, "image_size": [640, 480]}
+TABLE = "feature,raw_x_px,raw_y_px\n" + "top,1,2\n" * 9
+# a file and the options with it; what is said, and what its cure is in a shell
+ASKED = {
+    "several cameras": (
+        {"left": SIZED, "right": {**SIZED, "fx": 401}},
+        (),
+        "contains 2 cameras",
+        "--entry",
+    ),
+    "another camera": (SIZED, ("--entry", "left"), "no camera called 'left'", "Omit --entry."),
+    "no lens": (
+        {**SIZED, "D": [0.1, 0, 0, 0]},
+        (),
+        "sees 85° as an ordinary lens, 106° as a fisheye",
+        "--model as brown-conrady or fisheye",
+    ),
+    "another lens": (
+        {**SIZED, "distortion_model": "plumb_bob"},
+        ("--model", "fisheye"),
+        "states its lens",
+        "Omit --model.",
+    ),
+    "no size": (CAMERA, (), "image size", "--image-size"),
+    "no size and no lens": ({**CAMERA, "D": [0.1, 0, 0, 0]}, (), "image size", "--image-size"),
+    "no field": (TABLE, (), "but not their field", "--field, --region and --image-size (as "),
+    "an unknown field": (
+        TABLE,
+        ("--field", "nowhere", "--region", "full", "--image-size", "640x480"),
+        "no field called 'nowhere'",
+        "--field",
+    ),
+}
+REST_NAME = re.compile(r"(?<!-)\b(entry|model|image_size|camera_id)\b|[Ss]end|program,")
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_a_refused_import_names_the_options_of_the_shell(touchline, tmp_path, name):
+    text, options, what, cure = ASKED[name]
+    (tmp_path / "file.txt").write_text(text if isinstance(text, str) else json.dumps(text))
+    code, _, err = touchline("import", "file.txt", "-o", "out.json", *options)
+    assert code == 3 and what in err and cure in err
+    assert not REST_NAME.search(err), err
+    assert not (tmp_path / "out.json").exists()
+
+
+def test_a_packet_of_two_cameras_is_read_by_the_number_that_its_refusal_names(
+    touchline, cal, tmp_path
+):
+    one = FORMATS["ssl-vision"]
+    packet = one.write(example("ssl", 0), export_camera(example("ssl", 0), one, True, 1))
+    both = SSL_WrapperPacket.FromString(packet)
+    both.geometry.calib.add().CopyFrom(both.geometry.calib[0])
+    both.geometry.calib[1].camera_id = 4
+    (tmp_path / "both.pb").write_bytes(both.SerializeToString())
+    code, _, err = touchline("import", "both.pb", "-o", "out.json")
+    assert code == 3 and "--entry" in err and not REST_NAME.search(err)
+    for option in ("--entry", "--camera-id"):
+        assert touchline("import", "both.pb", "-o", "out.json", option, "4")[0] == 0

@@ -7,8 +7,12 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import CLICKS, LONG_MS, press_activate
+from tests.support.bar_pictures import bars_behind
+from tests.support.pictures import encoded
 from tests.support.waiting import until
 from tests.support.words import like, t
+from touchline.core.geometry import ImageSize
+from touchline.models.intrinsics import Intrinsics
 
 
 @pytest.fixture
@@ -20,13 +24,14 @@ def exported(server):
 
 
 @pytest.fixture
-def camera(server):
+def camera(server, request):
     """One of its own: what is activated here is of a picture of another size than the demo's cameras give."""
+    id = getattr(request, "param", "importing")
     made = server.api(
         "POST",
         "/cameras",
         json={
-            "id": "importing",
+            "id": id,
             "name": "Importing",
             "field": "ssl-div-b",
             "region": "half",
@@ -34,8 +39,8 @@ def camera(server):
         },
     )
     assert made.status_code == 201, made.text
-    yield "importing"
-    server.api("DELETE", "/cameras/importing")
+    yield id
+    server.api("DELETE", f"/cameras/{id}")
 
 
 def start(page, server):
@@ -84,7 +89,7 @@ def test_what_a_file_does_not_say_is_asked_for_where_it_was_refused(server, page
     expect(refusal).to_contain_text("left, right", timeout=LONG_MS)
     refusal.get_by_role("button", name="right").click()
     choices = page.get_by_test_id("import-choice")
-    fisheye = choices.get_by_text(t("versions.import.fisheye"))
+    fisheye = choices.get_by_text(t("versions.import.lens.fisheye"))
     expect(fisheye).to_be_visible(timeout=LONG_MS)
     fisheye.focus()
     page.keyboard.press("Enter")
@@ -93,6 +98,84 @@ def test_what_a_file_does_not_say_is_asked_for_where_it_was_refused(server, page
     )
     newest = server.api("GET", "/lenses").json()["items"][0]
     assert newest["model"] == "fisheye"
+
+
+NUMBERS = {"fx": 400, "fy": 396, "cx": 322, "cy": 238, "D": [0.05, 0.012, -0.004, 0.0006]}
+SIZED = {**NUMBERS, "width": 640, "height": 480}
+
+
+@pytest.fixture
+def bars(server, camera):
+    """A picture of straight bars, by the fisheye of the numbers."""
+    lens = Intrinsics("fisheye", (*NUMBERS["D"],), 400, 0.99, (322, 238), ImageSize(640, 480))
+    sent = {"file": encoded("png", bars_behind(lens))}
+    kept = server.api("POST", "/snapshots", files=sent, data={"camera": camera})
+    assert kept.status_code == 201, kept.text
+
+
+def choose_file(page, numbers):
+    page.get_by_test_id("import-file").set_input_files(
+        file_of("lens.json", json.dumps(numbers).encode())
+    )
+
+
+def expect_pictures(page, *, drawn):
+    """One above each button, 320 px wide, and not the same."""
+    pictures = page.get_by_test_id("lens-picture")
+    expect(pictures).to_have_count(2, timeout=LONG_MS)
+    for picture in pictures.all():
+        expect(picture).to_have_attribute("data-drawn", drawn, timeout=LONG_MS)
+        expect(picture).to_have_js_property("naturalWidth", 320)
+    first, second = (picture.bounding_box() for picture in pictures.all())
+    assert first["width"] == second["width"] == 320 and first["y"] == second["y"]
+    said = "versions.import.lens-drawings" if drawn == "true" else "versions.import.lens-images"
+    expect(page.get_by_test_id("import-refusal")).to_contain_text(like(said, camera="Importing"))
+
+
+def test_two_lenses_are_told_apart_by_their_pictures(server, page, bars, camera, tmp_path):
+    """Drawings first; then what each makes of the image of the camera, once it is selected."""
+    start(page, server)
+    choose_file(page, SIZED)
+    expect(page.get_by_test_id("import-refusal")).to_contain_text("109°", timeout=LONG_MS)
+    expect_pictures(page, drawn="true")
+    page.screenshot(path=tmp_path / "drawn.png")
+    page.get_by_test_id("import-camera").select_option(camera)
+    expect_pictures(page, drawn="false")
+    page.screenshot(path=tmp_path / "corrected.png")
+    page.get_by_test_id("import-choice").get_by_text(t("versions.import.lens.fisheye")).click()
+    expect(page.get_by_test_id("imported")).to_be_visible(timeout=LONG_MS)
+    newest = server.api("GET", "/lenses").json()["items"][0]
+    assert (newest["model"], newest["camera"]) == ("fisheye", camera)
+
+
+def test_a_size_that_the_file_lacks_is_that_of_the_camera_s_image(server, page, bars, camera):
+    start(page, server)
+    choose_file(page, NUMBERS)
+    again = t("versions.import.read-again")
+    choices = page.get_by_test_id("import-choice")
+    expect(choices).to_have_text([again], timeout=LONG_MS)
+    page.get_by_test_id("import-camera").select_option(camera)
+    choices.click()
+    size = t("versions.import.size-of-image", width=640, height=480, camera="Importing")
+    expect(choices).to_have_text([size, again], timeout=LONG_MS)
+    choices.first.click()
+    expect_pictures(page, drawn="false")
+    choices.first.click()
+    expect(page.get_by_test_id("imported")).to_be_visible(timeout=LONG_MS)
+    newest = server.api("GET", "/lenses").json()["items"][0]
+    assert (newest["model"], newest["image_size"]) == ("brown-conrady", [640, 480])
+
+
+@pytest.mark.parametrize("camera", ["importing-live"], indirect=True)
+def test_a_camera_without_a_picture_shows_its_live_one(server, page, camera):
+    start(page, server)
+    page.get_by_text(t("versions.import.beside")).click()
+    page.get_by_test_id("import-camera").select_option(camera)
+    choose_file(page, {**SIZED, "width": 320, "height": 256, "cx": 160, "cy": 128})
+    expect_pictures(page, drawn="false")
+    assert server.api("GET", f"/snapshots?camera={camera}").json()["items"] == []
+    choose_file(page, SIZED)  # of another shape
+    expect_pictures(page, drawn="true")
 
 
 @pytest.mark.long

@@ -1,5 +1,9 @@
 """export and import: a calibration to the files of other programs and from them."""
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields as fields_of
 from pathlib import Path
 from typing import Annotated
 
@@ -7,11 +11,18 @@ import typer
 
 from touchline.cli import files
 from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
+from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
 from touchline.core.sentences import area_name
 from touchline.formats.document import MAX_FILE_BYTES
 from touchline.workflows import interchange
 from touchline.workflows.calibration_request import with_new_id
+
+# what a fix says to programs, and the names in it that are options here
+TO_PROGRAMS = re.compile(r"From a program, (send|omit) (.*)")
+OPTION_NAMES = re.compile(
+    rf"\b({'|'.join(option.name for option in fields_of(interchange.ImportOptions))})\b"
+)
 
 CameraId = Annotated[
     int | None,
@@ -106,20 +117,44 @@ def import_file(
     fields: OwnFields = None,
 ) -> None:
     """Read a file of another program."""
-    size = None if image_size is None else interchange.size_from_text(image_size)
-    options = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model, entry)
-    found = interchange.read_file(files.read_bytes(file, MAX_FILE_BYTES), options)
-    if interchange.is_lens(found):
-        files.write_lens(output, interchange.lens_record_from_file(found, options))
-        print(f"Lens saved as {output}. Use it with calibrate --lens to fit the camera pose.")
-        return
-    if not isinstance(found, Calibration):
-        found = with_new_id(interchange.calibration_from_file(found, options, own_fields(fields)))
-    files.write_calibration(output, found)
-    print(
-        f"Calibration ({found.model_name}, {found.image_size}, {found.field['name']}, {area_name(found.region)}), "
-        f"saved as {output}."
-    )
+    with _fixes_with_options():
+        size = None if image_size is None else interchange.size_from_text(image_size)
+        options = interchange.ImportOptions(
+            field, region, rotate, size, None, camera_id, model, entry
+        )
+        found = interchange.read_file(files.read_bytes(file, MAX_FILE_BYTES), options)
+        if interchange.is_lens(found):
+            files.write_lens(output, interchange.lens_record_from_file(found, options))
+            print(f"Lens saved as {output}. Use it with calibrate --lens to fit the camera pose.")
+            return
+        if not isinstance(found, Calibration):
+            found = with_new_id(
+                interchange.calibration_from_file(found, options, own_fields(fields))
+            )
+        files.write_calibration(output, found)
+        print(
+            f"Calibration ({found.model_name}, {found.image_size}, {found.field['name']}, {area_name(found.region)}), "
+            f"saved as {output}."
+        )
+
+
+@contextmanager
+def _fixes_with_options() -> Iterator[None]:
+    """Let what a fix says to programs name the options of the shell: "send it as image_size", --image-size."""
+    try:
+        yield
+    except TouchlineError as refused:
+        refused.fix = TO_PROGRAMS.sub(
+            lambda found: (
+                f"{'Give' if found[1] == 'send' else 'Omit'} {OPTION_NAMES.sub(_option, found[2])}"
+            ),
+            refused.fix,
+        )
+        raise
+
+
+def _option(name: re.Match[str]) -> str:
+    return f"--{name[0].replace('_', '-')}"
 
 
 def _cost(row: dict) -> str:

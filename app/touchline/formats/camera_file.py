@@ -24,7 +24,7 @@ from touchline.formats.document import FileContent, parse
 from touchline.formats.numbers import flat_numbers, format_error, number, numbers
 from touchline.formats.other_lenses import stated_as_fisheye
 from touchline.formats.program_forms import PROGRAMS, program_of
-from touchline.formats.stated_camera import StatedCamera, stated_camera
+from touchline.formats.stated_camera import StatedCamera, size_in, stated_camera
 from touchline.models.intrinsics import Intrinsics
 from touchline.models.lenses.brown_conrady import TERMS
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
@@ -129,13 +129,7 @@ class CameraFile:
     @property
     def known_size(self) -> ImageSize:
         """Return the image size; BadInput where the file does not tell."""
-        if self.image_size is None:
-            raise BadInput(
-                "The file does not state the image size.",
-                "Enter it: image_size, as WIDTHxHEIGHT in pixels.",
-                reason="no-image-size",
-            )
-        return self.image_size
+        return required_size(self.image_size)
 
     def at_size(self, wanted: ImageSize | None) -> Self:
         """Scale to another image size: an image scaled by s has s times the focal length, and its centre likewise.
@@ -204,19 +198,39 @@ class CameraFile:
         return camera
 
 
-def read(data: bytes, entry: str | None = None, lens: str | None = None) -> CameraFile:
-    """Read a camera of another program's file. entry: which, of several; lens: its model where the file states none.
+def required_size(size: ImageSize | None) -> ImageSize:
+    """Return the size of the images; BadInput where neither the file nor the caller states it."""
+    if size is None:
+        raise BadInput(
+            say("import.no-image-size", "The file does not state the image size."),
+            say(
+                "import.enter-image-size",
+                "Enter it as WIDTHxHEIGHT in pixels. From a program, send it as image_size.",
+            ),
+            reason="no-image-size",
+        )
+    return size
 
-    Refused with what the file is: unknown-file, several-cameras with their names as "entries", no-such-camera,
-    unstated-lens, or what is wrong in it.
-    """
-    return camera_of(parse(data), data, entry, lens)
+
+def read(data: bytes) -> CameraFile:
+    """Read the only camera of another program's file, as camera_of does."""
+    return camera_of(parse(data), data)
 
 
 def camera_of(
-    document: FileContent, data: bytes, entry: str | None = None, lens: str | None = None
+    document: FileContent,
+    data: bytes,
+    entry: str | None = None,
+    lens: str | None = None,
+    size: ImageSize | None = None,
 ) -> CameraFile:
-    """Read a camera of another program's file, as read does. document: its content; data: its bytes."""
+    """Read a camera of another program's file. document: its content; data: its bytes.
+
+    entry: which, of several; lens: its model where the file states none; size: of the images, where the caller says it.
+
+    Refused with what the file is: unknown-file, several-cameras with their names as "entries", no-such-camera,
+    unstated-lens with both as "lenses", or what is wrong in it.
+    """
     cameras = cameras_in(document)
     if not cameras and document.syntax == "npz" and "raw_x" in document.first:
         raise BadInput(
@@ -243,17 +257,30 @@ def camera_of(
     at = f"{name}." if name else ""
     stated = stated_as_fisheye(value, program, at, lens) or stated_camera(value, program, at, lens)
     if stated.lens is None:
+        lenses = [
+            _camera_file(stated_camera(value, program, at, model), model, value, data)
+            .at_size(size)
+            .lens()
+            for model in LENSES_WITH_FISHEYE
+        ]
         raise BadInput(
             say(
                 "import.unstated-lens",
                 "The file does not state its lens: four coefficients are k1, k2, p1, p2 of an ordinary lens, or k1 to "
-                "k4 of a fisheye.",
+                "k4 of a fisheye. From corner to corner, it sees {ordinary_deg:.0f}° as an ordinary lens, "
+                "{fisheye_deg:.0f}° as a fisheye.",
+                ordinary_deg=lenses[0].view_deg,
+                fisheye_deg=lenses[1].view_deg,
             ),
             say(
                 "import.unstated-lens.fix",
                 "Choose the lens. From a program, send model as brown-conrady or fisheye.",
             ),
             reason="unstated-lens",
+            lenses=[
+                {"model": lens.model, "view_deg": lens.view_deg, "lens": lens.to_json()}
+                for lens in lenses
+            ],
         )
     return _camera_file(stated, stated.lens, value, data)
 
@@ -284,7 +311,9 @@ def chosen_camera(names: Iterable[str], entry: str | None, program: str) -> str:
     if entry is not None and entry not in known:
         raise Conflict(
             f"The file contains no camera called {entry[:64]!r}.",
-            f"Use one of: {', '.join(listed)}." if "" not in known else "Omit entry.",
+            f"Use one of: {', '.join(listed)}."
+            if "" not in known
+            else "Choose none. From a program, omit entry.",
             reason="no-such-camera",
         )
     return known[0] if entry is None else entry
@@ -387,11 +416,19 @@ def _cameras(
     for affix, part in pairs.items():
         yield affix, "opencv", part
     inherited = {key: part for key, part in value.items() if _is_of_what_is_below(key, part)}
+    size = size_in(value)
     for key, part in value.items() if not pairs else ():
         if isinstance(part, dict):
             about = inherited | ({"fisheye": True} if "fisheye" in plain(key) else {})
-            part = {k: v for k, v in about.items() if k != key} | part
+            part = {k: v for k, v in about.items() if k != key} | _of_size(part, size)
+        elif isinstance(part, list):
+            part = [_of_size(one, size) if isinstance(one, dict) else one for one in part]
         yield from _cameras(part, syntax, _below(name, str(key)), level + 1)
+
+
+def _of_size(part: JsonObject, size: JsonObject) -> JsonObject:
+    """Return a mapping with the size that is stated one level up, where it states none itself."""
+    return part if size_in(part) else size | part
 
 
 def _is_of_what_is_below(key: str, part: Any) -> bool:

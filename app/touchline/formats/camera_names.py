@@ -80,7 +80,7 @@ UNREAD = re.compile(
 )
 ALWAYS_UNREAD = ("xi", "skew", "mirroroffset")  # whatever terms there are
 # what a mapping says of the camera in it
-INHERITED = (*LENS, *IS_FISHEYE, *TERMS, "calibdimension")
+INHERITED = (*LENS, *IS_FISHEYE, *TERMS)
 # what programs call the two lenses, and those that we have no lens for
 LENS_NAMES = {
     "brown-conrady": re.compile(

@@ -114,7 +114,9 @@ def stated_as_fisheye(
     if lens is None:
         return None
     if given is not None and given != "fisheye":
-        raise format_error(f"The file states its lens: {lens.title}.", f"Omit {given}.")
+        raise format_error(
+            f"The file states its lens: {lens.title}.", "Choose none. From a program, omit model."
+        )
     parameters, focal, centre = _numbers(names, lens, program, at)
     size = size_of(names, at)
     radius_px = None if size is None else _reach_px(size, centre)

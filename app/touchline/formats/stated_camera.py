@@ -7,6 +7,7 @@ into these names first (program_forms.py).
 from dataclasses import dataclass
 from typing import Any
 
+from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
 from touchline.core.json_values import JsonObject
 from touchline.formats.camera_names import (
@@ -37,6 +38,7 @@ from touchline.models.lenses.brown_conrady import TERMS as BROWN_TERMS
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 
 MRCAL_COUNTS = {"OPENCV4": 4, "OPENCV5": 5, "OPENCV8": 8, "OPENCV12": 12}
+MIN_INHERITED_PX = 64  # less is a board's size, in squares
 COUNTS = (0, 4, 5, 8, 12, 14)  # of coefficients in a list, as OpenCV has it
 
 
@@ -69,7 +71,9 @@ def stated_camera(
     names = Names(value)
     lens = lens or stated_lens(names, at)
     if given is not None and lens is not None and given != lens:
-        raise format_error(f"The file states its lens: {lens}.", f"Omit {given}.")
+        raise format_error(
+            f"The file states its lens: {lens}.", "Choose none. From a program, omit model."
+        )
     lens = lens or given
     found = next((it for it in names.find(MATRIX) if is_matrix(it[1])), None)
     if found is None:
@@ -196,6 +200,17 @@ def size_of(names: Names, at: str) -> ImageSize | None:
         part = {short.get(str(key), str(key)): side for key, side in found[1].items()}
         return size_of(Names(part), f"{at}{found[0]}.")
     return checked_size(*numbers(found[1], at + found[0], (2,)))
+
+
+def size_in(value: JsonObject) -> JsonObject:
+    """Return what states the image size in a mapping; nothing where it is none, as a board's."""
+    try:
+        found = size_of(Names(value), "")
+    except BadInput:
+        return {}
+    if found is None or min(found) < MIN_INHERITED_PX:
+        return {}
+    return {key: part for key, part in value.items() if plain(key) in (*WIDTH, *HEIGHT, *SIZE)}
 
 
 def extrinsics(names: Names) -> tuple[float, ...] | None:

@@ -52,6 +52,19 @@ class CorrectedView:
             return natural
         return ImageSize(self.width, max(2, round(natural.height * self.width / natural.width)))
 
+    def drawn_size(self, model: Rectification) -> ImageSize:
+        """Return the size; BadInput where it is too large to draw."""
+        size, natural = self.size(model), model.corrected_size
+        if size.width * size.height > min(
+            max(natural.width * natural.height, MAX_ENLARGED_PX), MAX_MAP_PX
+        ):
+            raise BadInput(
+                f"A corrected image of {size} is too large.",
+                "Choose a smaller margin, width or rectangle size.",
+                reason="bad-view",
+            )
+        return size
+
     def _natural(self, model: Rectification | Calibration) -> ImageSize:
         corrected = model.corrected_size
         if not 0 <= self.margin_px <= 4096:
@@ -124,15 +137,7 @@ def correction_map(
     model: Rectification, view: CorrectedView = CorrectedView(), progress: Progress = no_progress
 ) -> CorrectionMap:
     """The map for one view of one model."""
-    size, natural = view.size(model), model.corrected_size
-    if size.width * size.height > min(
-        max(natural.width * natural.height, MAX_ENLARGED_PX), MAX_MAP_PX
-    ):
-        raise BadInput(
-            f"A corrected image of {size} is too large.",
-            "Choose a smaller margin, width or rectangle size.",
-            reason="bad-view",
-        )
+    size = view.drawn_size(model)
     raw_x = np.empty((size.height, size.width), np.float32)
     raw_y = np.empty_like(raw_x)
     x_c = view.corrected_from_view(model, np.arange(size.width)[:, None] * [1.0, 0.0])[:, 0]

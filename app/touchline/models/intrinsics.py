@@ -5,13 +5,20 @@ lenses closest over the whole picture, and comes back through the second. (The s
 for far points.)
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 
 from touchline.core.errors import BadInput
-from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
+from touchline.core.geometry import (
+    MAX_COORDINATE,
+    Array,
+    ImageSize,
+    Points,
+    homogeneous,
+    unreachable_where,
+)
 from touchline.core.json_values import read
 from touchline.models import parameters_json
 from touchline.models.lenses import Lens
@@ -23,6 +30,7 @@ RETURNED = "Send the lens that a board calibration returned."
 PINHOLE_PARAMETERS = ("log_focal", "aspect", "centre_x", "centre_y")
 
 GRID = (24, 18)
+HALF_DIAGONAL = 33  # places along it
 TURN_STEPS = 8
 STEP_RAD = 1e-6
 
@@ -84,6 +92,35 @@ class Intrinsics:
                 (np.asarray(pixels, float) - np.array(self.centre_px)) / self._focal,
             )
             return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+
+    def undistorted_from_raw(self, raw: Points) -> Points:
+        """Map raw pixels (…, 2) to those of a pinhole with the same focal length; NaN from 90° off the axis on."""
+        rays = self.rays(raw)
+        with np.errstate(all="ignore"):
+            plane = rays[..., :2] / rays[..., 2:]
+            return unreachable_where(~(rays[..., 2] > 0), plane * self._focal + self.centre_px)
+
+    def raw_from_undistorted(self, straight: Points) -> Points:
+        """Map a pinhole's pixels (…, 2) to raw ones; NaN beyond the lens's horizon."""
+        return self.project(homogeneous((straight - np.array(self.centre_px)) / self._focal))
+
+    def scaled_to(self, width: int) -> Self:
+        """Return the lens for images of this width and the same shape, as if they were scaled."""
+        s = width / self.image_size.width
+        x, y = (s * (at + 0.5) - 0.5 for at in self.centre_px)
+        size = ImageSize(width, round(s * self.image_size.height))
+        return replace(self, focal_px=self.focal_px * s, centre_px=(x, y), image_size=size)
+
+    @property
+    def view_deg(self) -> float:
+        """Return the angle of view from corner to corner, or between the last rays that the lens has on the way."""
+        corner = np.array([self.image_size.width, self.image_size.height]) - 0.5
+        share = np.linspace(-1, 1, 2 * HALF_DIAGONAL - 1)[:, None]
+        middle, half = (corner - 0.5) / 2, (corner + 0.5) / 2
+        rays = self.rays(np.stack([middle + share * half, middle + share * half * (1, -1)]))
+        angles = np.nan_to_num(np.arctan2(np.linalg.norm(rays[..., :2], axis=-1), rays[..., 2]))
+        halves = angles[:, :HALF_DIAGONAL].max(axis=1) + angles[:, HALF_DIAGONAL - 1 :].max(axis=1)
+        return float(np.degrees(halves.max()))
 
     @property
     def _focal(self) -> Array:

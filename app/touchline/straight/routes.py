@@ -1,4 +1,4 @@
-"""/straightness: how far straight edges bend in images, and an image without that.
+"""/straightness: how far straight edges bend in images, and an image without that; /lenses/picture, by any lens.
 
 /cameras/{id}/rolls and /motion: a ball that rolls straight measures distortion, and gives a lens.
 """
@@ -23,19 +23,27 @@ from touchline.api.sockets import (
     until_disconnect,
     websocket_session,
 )
+from touchline.core.errors import BadInput
 from touchline.core.geometry import MAX_COORDINATE
 from touchline.core.json_values import JsonObject
 from touchline.core.statements import sentence_in, stated
 from touchline.live.camera import LiveCamera
 from touchline.models.distortion import Distortion
+from touchline.models.intrinsics import Intrinsics
 from touchline.services.container import Services
 from touchline.services.forms import Coordinate, Name, Note, Number, OptionText, Pair, Size, Strict
-from touchline.services.live import when_awake
+from touchline.services.live import FIRST_FRAME_S, take_frame, when_awake
 from touchline.straight import service
 from touchline.straight.rolling import run_motion
-from touchline.straight.straightness import StraightLinesRequest, run_straightness, undistort
+from touchline.straight.straightness import (
+    StraightLinesRequest,
+    run_straightness,
+    square_grid,
+    undistort,
+)
 
 router = APIRouter(prefix="/straightness", tags=["lenses"])
+lenses = APIRouter(prefix="/lenses", tags=["lenses"])
 rolls = APIRouter(tags=["rolls"])
 
 Straightness = response(
@@ -133,6 +141,43 @@ def straighten_image(
     """Return a snapshot without distortion, by the `lens` of a response; `straight` of its lines is in its px."""
     lens = Distortion.from_json(body.lens.model_dump())
     return picture(undistort(services.frame(body.snapshot).pixels, lens, width), format)
+
+
+class LensPictureRequest(Strict):
+    """The lens, and at most one of snapshot and camera: without them, a grid of squares is drawn."""
+
+    lens: JsonObject = Field(
+        description="with a focal length, as `lens` of GET /lenses/{id} and of a refused import's `lenses`"
+    )
+    snapshot: Name | None = None
+    camera: Name | None = Field(None, description="whose live image is used")
+
+
+@lenses.post("/picture.{format}", response_class=Response, responses=PICTURE)
+async def draw_lens(
+    services: ServicesDep, format: Format, body: LensPictureRequest, width: WidthPx = None
+) -> Response:
+    """Return an image without a lens's distortion; without one, the squares of a plane across the lens's axis, with it.
+
+    The image is a snapshot, or a camera's live image. The lens is scaled to images of the same shape.
+    """
+    if body.snapshot is not None and body.camera is not None:
+        raise BadInput(
+            "The request has a snapshot and a camera.", "Send one of them.", reason="bad-request"
+        )
+    lens = Intrinsics.from_json(body.lens)
+    live = body.camera and await take_frame(services.live.get(body.camera), FIRST_FRAME_S)
+
+    def draw() -> Response:
+        if live:
+            frame = services.decoder.frame_from_bytes(live.png)
+        elif body.snapshot is not None:
+            frame = services.frame(body.snapshot)
+        else:
+            return picture(square_grid(lens, width), format)
+        return picture(undistort(frame.pixels, lens, width), format)
+
+    return await services.run_in_thread(draw)
 
 
 class RollChange(Strict):

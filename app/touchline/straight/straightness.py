@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +26,7 @@ from touchline.core.statements import Sentence, format_with_sigma, say, sentence
 from touchline.imaging.correction import CorrectedView, correction_map
 from touchline.models.contract import Rectification
 from touchline.models.distortion import LINE_LENSES, Distortion
+from touchline.models.intrinsics import Intrinsics
 from touchline.straight.bow import (
     CommonBow,
     LineSag,
@@ -38,6 +40,9 @@ from touchline.straight.search import PlumbLineProblem
 from touchline.vision.edges import edge_chains
 from touchline.workflows.job_pictures import Pictures, job_pictures
 
+SQUARES = 8  # of the grid over the width of an image that no lens bends
+GRID_LINES = 30  # on each side of the axis: what is farther away is crowded anyway
+GRID_BGR, PAPER_BGR = (90, 70, 50), (248, 248, 248)
 MIN_SCALE = 1 / 3  # a lens that sends its edges further is drawn without them
 
 LADDER = ("division", "division-even")  # what "auto" tries, simplest first
@@ -57,7 +62,7 @@ SIDES = (
 class UndistortedView(Rectification):
     """The rectification that draws it."""
 
-    lens: Distortion
+    lens: Distortion | Intrinsics
 
     @property
     def corrected_size(self) -> ImageSize:
@@ -201,10 +206,16 @@ def check_choice(lens: str, centre_sigma_px: float | None) -> None:
 
 
 def undistort(
-    pixels: NDArray[np.uint8], lens: Distortion, width: int | None = None
+    pixels: NDArray[np.uint8], lens: Distortion | Intrinsics, width: int | None = None
 ) -> NDArray[np.uint8]:
-    """Undo a lens' distortion of an image (h, w, 3), at its own size or `width` px wide; Conflict for another size."""
+    """Undo a lens' distortion of an image (h, w, 3), at its own size or `width` px wide; Conflict for another size.
+
+    Intrinsics are scaled to an image of the same shape.
+    """
     seen = ImageSize(pixels.shape[1], pixels.shape[0])
+    if isinstance(lens, Intrinsics):
+        scaled = lens.scaled_to(seen.width)
+        lens = scaled if scaled.image_size == seen else lens
     if seen != lens.image_size:
         raise Conflict(
             say(
@@ -221,6 +232,25 @@ def undistort(
             reason="size-mismatch",
         )
     return correction_map(UndistortedView(lens), CorrectedView(width=width)).apply_finely(pixels)
+
+
+def square_grid(lens: Distortion | Intrinsics, width: int | None = None) -> NDArray[np.uint8]:
+    """Draw the squares of a plane across the lens's axis as its images show them, (h, w, 3), as large as undistort."""
+    size = CorrectedView(width=width).drawn_size(UndistortedView(lens))
+    side = lens.image_size.width / SQUARES
+    across = np.arange(-GRID_LINES, GRID_LINES + 1) * side
+    along = np.sinh(np.linspace(-5, 5, 401)) / np.sinh(5) * across[-1]  # closer at the axis
+    lines = np.stack(np.meshgrid(along, across), axis=-1)
+    raw = lens.raw_from_undistorted(np.concatenate([lines, lines[..., ::-1]]) + lens.centre_px)
+    drawn = (raw + 0.5) * (size.width / lens.image_size.width) - 0.5
+    with np.errstate(invalid="ignore"):
+        is_near = np.asarray(np.abs(drawn).max(axis=-1) < 4 * max(size))
+    picture = np.full((size.height, size.width, 3), PAPER_BGR, np.uint8)
+    for line, near in zip(drawn, is_near, strict=True):
+        parts = np.split(np.arange(len(line)), np.flatnonzero(~near))
+        seen = [np.round(line[part[near[part]]] * 16).astype(np.int32) for part in parts]
+        cv2.polylines(picture, seen, False, GRID_BGR, 1, cv2.LINE_AA, 4)
+    return picture
 
 
 def straightness(

@@ -25,7 +25,7 @@ from touchline.evaluate.report import report
 from touchline.fitting.contract import corrected_rectangle
 from touchline.formats import FORMATS, camera_file, ssl_settings
 from touchline.formats.approximation import exact_camera, export_camera
-from touchline.formats.camera_file import LENSES_WITH_FISHEYE, CameraFile
+from touchline.formats.camera_file import LENSES_WITH_FISHEYE, CameraFile, required_size
 from touchline.formats.document import parse
 from touchline.formats.program_forms import PROGRAMS
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
@@ -146,7 +146,7 @@ def read_file(
     if (settings := ssl_settings.league_file(document)) is not None:
         return settings.camera(entry)
     lens = options.model if options.model in LENSES_WITH_FISHEYE else None
-    return camera_file.camera_of(document, data, options.entry, lens)
+    return camera_file.camera_of(document, data, options.entry, lens, options.image_size)
 
 
 def calibration_from_file(
@@ -165,7 +165,10 @@ def calibration_from_file(
                 "import.table-without-field",
                 "The table contains points, but not their field, covered area and image size.",
             ),
-            say("import.enter-field", "Enter field, region and image_size (as WIDTHxHEIGHT)."),
+            say(
+                "import.enter-field",
+                "Enter them. From a program, send field, region and image_size (as WIDTHxHEIGHT).",
+            ),
             reason="no-field",
         )
     if sum(len(observation.points) for observation in found) > MAX_TABLE_POINTS:
@@ -189,9 +192,7 @@ def _of_corners(
     """Make a calibration without a lens of the corners from which another program's calibration starts."""
     if options.field is None:
         raise _no_field()
-    size = options.image_size or found.image_size
-    if size is None:
-        raise _no_image_size()
+    size = required_size(options.image_size or found.image_size)
     field = _known(fields, options.field)
     named = options.region
     region = found.region(field) if named is None else field.region(named, options.rotate)
@@ -218,16 +219,8 @@ def _fitted(
 def _no_field() -> BadInput:
     return BadInput(
         say("import.no-field", "The file does not state the field of the camera."),
-        say("import.enter-field-name", "Enter it: field."),
+        say("import.enter-field-name", "Select it. From a program, send it as field."),
         reason="no-field",
-    )
-
-
-def _no_image_size() -> BadInput:
-    return BadInput(
-        say("import.no-image-size", "The file does not state the image size."),
-        say("import.enter-image-size", "Enter it: image_size."),
-        reason="no-image-size",
     )
 
 
@@ -321,7 +314,10 @@ def _known(fields: Mapping[str, Field], name: str) -> Field:
     if name not in fields:
         raise NotFound(
             say("import.unknown-field", "There is no field called {name!r} here.", name=name),
-            say("import.save-field", "Save the field here first, or enter another: field."),
+            say(
+                "import.save-field",
+                "Save the field here first, or select another. From a program, send its name as field.",
+            ),
             reason="unknown-field",
         )
     return fields[name]
@@ -362,9 +358,7 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
 
 
 def _view(found: CameraFile, region: Region) -> dict[str, Any]:
-    size = found.image_size
-    if size is None:
-        raise _no_image_size()
+    size = found.known_size
     drawn = found.metadata.rectangle or corrected_rectangle(NO_OPTIONS, region, size)
     return dict(zip(RECTANGLE_FIELDS, (*drawn, region, size), strict=True))
 

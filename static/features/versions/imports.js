@@ -4,12 +4,14 @@ import { Problem, request, toRefusal } from "../../core/api.js";
 import { go } from "../../core/route.js";
 import { busy, cameras, notify } from "../../core/state.js";
 import { t } from "../../core/words.js";
+import { newestPicture } from "./lens_choices.js";
 
 /** What is said beside a file; empty says nothing. */
 export const importOptions = signal({ camera: "", field: "", region: "", image_size: "" });
 /**
  * What became of the last file; choices: the answers to what it does not say, each of which reads it again.
- * @typedef {{ label: string, stated: Record<string, string> }} Choice
+ * @typedef {import("../../core/types").LensReading} LensReading
+ * @typedef {{ label: string, stated: Record<string, string>, lens?: LensReading }} Choice
  * @typedef {{ name: string, kept: Kept | null, why: import("../../core/types").Refusal | null, choices: Choice[],
  * choose: (choice: Choice) => void }} Outcome
  */
@@ -41,16 +43,34 @@ export const isCalibrationFile = (file) =>
   !file.type.startsWith("image/") &&
   SUFFIXES.includes((file.name ?? "").toLowerCase().split(".").at(-1) ?? "");
 
-/** By the refusal's reason. @param {import("../../core/types").Refusal} why @returns {Choice[]} */
-function choicesOf({ reason, entries = [] }) {
+/** By the refusal's reason. @param {import("../../core/types").Refusal} why @returns {Promise<Choice[]>} */
+async function choicesOf({ reason, entries = [], lenses = [] }) {
   if (reason === "several-cameras")
     return entries.map((entry) => ({ label: entry, stated: { entry } }));
-  if (reason !== "unstated-lens") return [];
+  if (reason === "unstated-lens")
+    return lenses.map((lens) => ({
+      label: t(`versions.import.lens.${lens.model}`),
+      stated: { model: lens.model },
+      lens,
+    }));
+  if (reason !== "no-image-size") return [];
+  const { camera } = importOptions.value,
+    seen = await newestPicture(camera).catch(() => null);
   return [
-    { label: t("versions.import.ordinary-lens"), stated: { model: "brown-conrady" } },
-    { label: t("versions.import.fisheye"), stated: { model: "fisheye" } },
+    ...(seen ? [choiceOfSize(seen)] : []),
+    { label: t("versions.import.read-again"), stated: {} },
   ];
 }
+
+/** @param {import("../../core/types").Snapshot} picture @returns {Choice} */
+const choiceOfSize = ({ width, height, camera }) => ({
+  label: t("versions.import.size-of-image", {
+    width,
+    height,
+    camera: cameras.value.find((c) => c.id === camera)?.name ?? camera ?? "",
+  }),
+  stated: { image_size: `${width}x${height}` },
+});
 
 /**
  * Keep what a file holds, as a new version or a lens.
@@ -88,7 +108,7 @@ export async function importFile(file, stated = {}) {
     const { message, fix = t("versions.import.failed.fix") } =
       /** @type {Error & { fix?: string }} */ (error);
     const text = `${name}: ${message}`,
-      choices = error instanceof Problem ? choicesOf(toRefusal(error)) : [];
+      choices = error instanceof Problem ? await choicesOf(toRefusal(error)) : [];
     imported.value = { ...outcome, why: { detail: text, fix }, choices };
     // the file may have been dropped on another page
     if (choices.length > 0) go("import");

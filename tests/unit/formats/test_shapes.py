@@ -580,6 +580,38 @@ SHAPES = {
         ).replace("%YAML:1.0", "Viewer.PointSize:2\nORBextractor.nLevels:8"),
         TERMS[:4],
     ),
+    **{
+        f"the size beside the camera, {name}": brown(
+            yaml(f"cam0: {{K: {{{K}}}, D: {{{FIVE}}}}}", size=size)
+        )
+        for name, size in {
+            "width and height": SIZE,
+            "a list": "image_size: [1280, 960]\n",
+            "by names": "resolution: {width: 1280, height: 960}\n",
+        }.items()
+    },
+    "the size beside a list of cameras": brown(
+        json.dumps({"image_size": [1280, 960], "cameras": [{"K": ROWS, "D": TERMS}]}),
+    ),
+    "the size two levels up": brown(
+        json.dumps({"width": 1280, "height": 960, "rig": {"cam0": {"K": ROWS, "D": TERMS}}})
+    ),
+    "another size beside the camera": brown(
+        yaml(
+            f"cam0: {{K: {{{K}}}, D: {{{FIVE}}}, resolution: [1280, 960]}}",
+            size="image_size: [640, 480]\n",
+        )
+    ),
+    "another size between the levels": brown(
+        json.dumps(
+            {"image_width": 640, "image_height": 480}
+            | {"rig": {"image_size": [1280, 960], "cam0": {"K": ROWS, "D": TERMS}}}
+        )
+    ),
+    "a board's size beside the camera": brown(
+        yaml(f"cam0: {{K: {{{K}}}, D: {{{FIVE}}}}}", size="size: 0.025\nwidth: 9\nheight: 6\n"),
+        pixels=(*PIXELS[:2], None),
+    ),
     "numbers one by one": brown(
         json.dumps(
             {"fx": 350, "fy": 351, "ppx": 640, "ppy": 480, "width": 1280, "height": 960}

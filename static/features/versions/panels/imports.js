@@ -5,12 +5,15 @@ import { busy, cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { reportAddress } from "../../report/address.js";
 import { activateCalibration } from "../activate.js";
+import { LensChoices } from "./lens_choices.js";
 import { ACCEPTED, importFile, importMessage, importOptions, imported } from "../imports.js";
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 export function ImportPage() {
   const { camera, field, region, image_size } = importOptions.value,
+    // what can be stated in the form, and not by a button alone
+    isAsked = imported.value?.choices.some(({ stated }) => !stated.entry),
     regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   /** @param {Partial<typeof importOptions.value>} more */
   const setOption = (more) => {
@@ -37,7 +40,7 @@ export function ImportPage() {
         onChange=${choose}
       />
     </label>
-    <details class="more">
+    <details class="more" open=${isAsked || undefined}>
       <summary>${t("versions.import.beside")}</summary>
       <div class="say-beside">
         <label>
@@ -111,8 +114,10 @@ function Became() {
     return html`<div class="warning-line" role="alert" data-testid="import-refusal">
       <b>${it.why.detail}</b> ${it.why.fix}
       ${
-        it.choices.length > 0 &&
-        html`<div class="line">
+        it.choices.some((choice) => choice.lens)
+          ? html`<${LensChoices} choices=${it.choices} choose=${it.choose} />`
+          : it.choices.length > 0 &&
+            html`<div class="line">
         ${it.choices.map(
           (choice) => html`<button
           type="button"
