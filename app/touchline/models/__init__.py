@@ -10,7 +10,8 @@ The laws in tests/unit/models/test_models.py then hold for it.
 
 Laws, for every example of every model: there and back is the same pixel; the shape of the points is kept;
 a point out of reach is NaN; parameters survive JSON exactly; a fit on its own exact points returns itself;
-too few points say how many are needed; a scaled image gives the scaled model.
+too few points say how many are needed; a scaled image gives the scaled model; a turned pixel of the turned model is
+the same place.
 """
 
 from collections.abc import Mapping
