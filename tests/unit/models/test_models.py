@@ -286,6 +286,12 @@ def test_a_turned_pixel_of_the_turned_model_is_the_same_place(model, turn_deg):
     np.testing.assert_allclose(
         field_from_raw(turned, turned_pixels), places, rtol=1e-10, atol=1e-6
     )
+    # out to where the reach of a model ends
+    around = grid(3.7 * width, 3.7 * height, 60, 60) - 1.35 * np.array([width, height])
+    np.testing.assert_array_equal(
+        np.isnan(field_from_raw(turned, turn.points(around))),
+        np.isnan(field_from_raw(model, around)),
+    )
     if isinstance(model, RayModel):
         np.testing.assert_allclose(
             turned.unproject(turned_pixels, 150.0),
