@@ -7,6 +7,7 @@ import typer
 
 from touchline.cli import files
 from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
+from touchline.core.quarter_turn import check_turn
 from touchline.core.records import Calibration
 from touchline.core.sentences import area_name
 from touchline.formats.document import MAX_FILE_BYTES
@@ -102,17 +103,28 @@ def import_file(
     entry: Annotated[
         str | None, typer.Option("--entry", help="The camera of a file with several, by its name.")
     ] = None,
+    turn: Annotated[
+        int,
+        typer.Option(
+            "--turn",
+            help="By how much images of the camera were turned clockwise since: 90, 180 or 270.",
+        ),
+    ] = 0,
     fields: OwnFields = None,
 ) -> None:
     """Read a file of another program."""
     size = None if image_size is None else interchange.size_from_text(image_size)
-    options = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model, entry)
+    options = interchange.ImportOptions(
+        field, region, rotate, size, None, camera_id, model, entry, check_turn(turn)
+    )
     found = interchange.read_file(files.read_bytes(file, MAX_FILE_BYTES), options)
     if interchange.is_lens(found):
         files.write_lens(output, interchange.lens_record_from_file(found, options))
         print(f"Lens saved as {output}. Use it with calibrate --lens to fit the camera pose.")
         return
-    if not isinstance(found, Calibration):
+    if isinstance(found, Calibration):
+        found = interchange.turned_as_stated(found, options)
+    else:
         found = with_new_id(interchange.calibration_from_file(found, options, own_fields(fields)))
     files.write_calibration(output, found)
     print(

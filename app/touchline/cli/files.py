@@ -121,6 +121,13 @@ def read_lens_option(path: Path) -> dict[str, Any]:
     return json_file.read(data).lens_option()
 
 
+def read_lens_record(path: Path) -> dict[str, Any] | None:
+    """Read a file that write_lens wrote; None for any other JSON."""
+    value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))
+    is_lens = isinstance(value, dict) and value.get("format") == LENS_FORMAT
+    return value if is_lens else None
+
+
 def write_lens(path: Path, found: Mapping[str, Any]) -> None:
     """Write a lens as a board calibration answered it."""
     record = {"format": LENS_FORMAT, "format_version": 1, **found}

@@ -75,7 +75,20 @@ class QuarterTurn:
     ) -> tuple[float, float, tuple[float, float]]:
         """Return focal length in x, aspect (that in y by that in x) and centre: sideways the two lengths swap."""
         centre = as_pair(self.points(np.array(tuple(centre_px))))
-        return (focal_px * aspect, 1 / aspect, centre) if self.is_sideways else (focal_px, aspect, centre)
+        return (
+            (focal_px * aspect, 1 / aspect, centre)
+            if self.is_sideways
+            else (focal_px, aspect, centre)
+        )
+
+
+def turn_in_words(turn_deg: int) -> str:
+    """Return a turn other than 0 in words, for a note."""
+    return {
+        90: "turned by 90° clockwise",
+        180: "turned by 180°",
+        270: "turned by 90° counter-clockwise",
+    }[turn_deg]
 
 
 def check_turn(turn_deg: Any) -> int:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from touchline.core.errors import TouchlineError
+from touchline.core.geometry import Array
 from touchline.core.json_values import JsonObject
 from touchline.core.quarter_turn import QuarterTurn
 from touchline.evaluate.uncertainty import covariance_from_json
@@ -70,10 +71,12 @@ def _turned_covariance(value: Any, model: CameraModel, turn_deg: int) -> JsonObj
     return moved
 
 
-def _covariance_json(known: Any, model: CameraModel, turn_deg: int) -> JsonObject:
+def _covariance_json(
+    known: tuple[tuple[str, ...], Array], model: CameraModel, turn_deg: int
+) -> JsonObject:
     turn = QuarterTurn(turn_deg, model.image_size)
     aspect = model.aspect if isinstance(model, RayCamera) else 1.0
-    names, matrix = turned_covariance(*known, turn, _vectors(model), aspect)
+    names, matrix = turned_covariance(known[0], known[1], turn, _vectors(model), aspect)
     return {"names": list(names), "matrix": matrix.tolist()}
 
 

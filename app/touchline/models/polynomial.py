@@ -148,7 +148,9 @@ class Polynomial(CameraModel):
     @cached_property
     def _turn(self) -> QuarterTurn:
         """Return the turn from the picture of the borders to this one."""
-        size = QuarterTurn(self.turn_deg, self.image_size).size_after  # a turn back swaps them likewise
+        size = QuarterTurn(
+            self.turn_deg, self.image_size
+        ).size_after  # a turn back swaps them likewise
         return QuarterTurn(self.turn_deg, size)
 
     def _beyond(self, y: Array, x_c: Array, extent_x: Array, extent_y: Array) -> Mask:

@@ -39,9 +39,9 @@ def turned_covariance(
             rows = [place[name] for name in pair]
             by[np.ix_(rows, rows)] = block
     by = by[:, [place[name] for name in names]]
-    known = by.any(axis=1)
+    known = np.any(by, axis=1)
     moved = by[known] @ np.reshape(covariance, (len(names), len(names))) @ by[known].T
-    return tuple(n for n, is_known in zip(every, known, strict=True) if is_known), moved
+    return tuple(every[k] for k in np.flatnonzero(known)), moved
 
 
 def turned_terms(names: Sequence[str], turn: QuarterTurn, vectors: Pairs) -> list[str]:

@@ -18,6 +18,7 @@ from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize, inside_picture
 from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import IMPORTED
+from touchline.core.quarter_turn import QuarterTurn, turn_in_words
 from touchline.core.records import Calibration, Fit, Observations, Warning
 from touchline.core.statements import named, say, stated
 from touchline.evaluate.approximation import ApproximationError, approximation_error
@@ -32,6 +33,7 @@ from touchline.installation import __version__
 from touchline.models import model_of, parameters_json
 from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.workflows.calibration_request import CalibrationRequest
+from touchline.workflows.turning import turned_calibration
 
 EXACT_MM = 1e-6  # less is rounding
 NO_OPTIONS = dict.fromkeys(
@@ -65,6 +67,7 @@ class ImportOptions:
         None  # to fit to a table of points, or of a lens that the file does not state
     )
     entry: str | None = None  # the camera of a file with several
+    turn: int = 0  # by which the pictures were turned clockwise since the file; image_size is the one afterwards
 
 
 def export(
@@ -155,7 +158,7 @@ def calibration_from_file(
 ) -> Calibration:
     """Make a calibration of another program's file; points are fitted. The store gives its id and date."""
     if isinstance(found, CameraFile):
-        return _of_camera(found, options, fields)
+        return _of_camera(found.turned(options.turn, options.image_size), options, fields)
     if options.field is None or options.region is None or options.image_size is None:
         raise BadInput(
             say(
@@ -180,13 +183,21 @@ def calibration_from_file(
         found,
         field,
         field.region(options.region, options.rotate),
-        options.image_size,
+        QuarterTurn(options.turn, options.image_size).size_after,  # the one before swaps likewise
         options.model or "polynomial",
         camera=options.camera,
         note="Fitted to imported points.",
     )
     request.check_names((request.model,))
-    return request.record(request.run())
+    return turned_as_stated(request.record(request.run()), options)
+
+
+def turned_as_stated(calibration: Calibration, options: ImportOptions) -> Calibration:
+    """Return a calibration for pictures that were turned since, as the caller states."""
+    if not options.turn:
+        return calibration
+    about = f"The file was {turn_in_words(options.turn)}."
+    return turned_calibration(calibration, options.turn, about)
 
 
 def _program(found: CameraFile) -> str:
@@ -201,7 +212,7 @@ def is_lens(found: object) -> TypeGuard[CameraFile]:
 
 def lens_record_from_file(found: CameraFile, options: ImportOptions) -> dict[str, Any]:
     """Return a lens record like one from a board; its error is not known."""
-    lens = found.at_size(options.image_size)
+    lens = found.turned(options.turn, options.image_size).at_size(options.image_size)
     known = lens.lens()
     note = " ".join([f"Imported from {_program(found)}.", *lens.notes])
     return {

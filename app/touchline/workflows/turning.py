@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from touchline.core.geometry import ImageSize
 from touchline.core.json_values import JsonObject
-from touchline.core.quarter_turn import QuarterTurn, check_turn
+from touchline.core.quarter_turn import QuarterTurn, turn_in_words
 from touchline.core.records import Calibration, observations_from_json
 from touchline.evaluate.turned_report import turned_report
 from touchline.fitting.ray_camera.lens_prior import DistortionEstimate
@@ -50,15 +49,6 @@ def turned_calibration(calibration: Calibration, turn_deg: int, about: str) -> C
     )
 
 
-def turn_in_words(turn_deg: int) -> str:
-    """Return the turn for a note."""
-    return {
-        90: "Turned by 90° clockwise.",
-        180: "Turned by 180°.",
-        270: "Turned by 90° counter-clockwise.",
-    }[turn_deg]
-
-
 def _turned_options(calibration: Calibration, turn: QuarterTurn) -> JsonObject:
     options, kind = dict(calibration.options), MODELS[calibration.model_name]
     if isinstance(options.get("lens"), Mapping):
@@ -72,30 +62,34 @@ def turned_lens_option(option: Mapping[str, Any], turn_deg: int) -> JsonObject:
     """Return a fit's option "lens" for the turned picture; without its id, which is that of the lens as it was."""
     moved = {name: value for name, value in option.items() if name != "id"}
     if "lens" in option:
-        return {**moved, "lens": turned_lens(option["lens"], turn_deg)}
+        return {**moved, "lens": turned_lens(option["lens"], turn_deg).to_json()}
     model = model_from_json(option["name"], option["parameters"])
     report = turned_report({"covariance": option.get("covariance")}, model, turn_deg)
     covariance = {} if "covariance" not in option else {"covariance": report["covariance"]}
     return {**moved, "parameters": parameters_json(model.turned(turn_deg)), **covariance}
 
 
-def turned_lens(lens: Any, turn_deg: int) -> JsonObject:
-    """Return a lens's JSON, from a board or from straight lines, for the turned picture; BadInput for anything else."""
+def turned_lens(lens: Any, turn_deg: int) -> Intrinsics | DistortionEstimate:
+    """Read a lens's JSON, of a board or of straight lines, and turn it; BadInput for anything else."""
     if isinstance(lens, Mapping) and "unit" in lens:
-        return DistortionEstimate.from_json(lens).turned(turn_deg).to_json()
-    return Intrinsics.from_json(lens).turned(turn_deg).to_json()
+        return DistortionEstimate.from_json(lens).turned(turn_deg)
+    return Intrinsics.from_json(lens).turned(turn_deg)
 
 
 def turned_lens_record(record: Mapping[str, Any], turn_deg: int) -> JsonObject:
     """Return a lens's record for the turned picture; of its report, what says nothing of places in the picture."""
-    turn = QuarterTurn(check_turn(turn_deg), ImageSize.of(record["image_size"]))
-    report = record.get("report") or {}
-    figures = {name: report[name] for name in LENS_FIGURES if name in report}
+    lens, report = turned_lens(record.get("lens"), turn_deg), record.get("report")
+    figures = (
+        {name: report[name] for name in LENS_FIGURES if name in report}
+        if isinstance(report, Mapping)
+        else {}
+    )
+    about = f"The lens was {turn_in_words(turn_deg)}."
     return {
         **record,
-        "lens": turned_lens(record["lens"], turn_deg),
-        "image_size": list(turn.size_after),
+        "lens": lens.to_json(),
+        "image_size": list(lens.image_size),
         "snapshots": None,
-        "note": f"{turn_in_words(turn_deg)} {record.get('note') or ''}".strip()[:MAX_NOTE],
+        "note": f"{about} {record.get('note') or ''}".strip()[:MAX_NOTE],
         "report": {**figures, "views": [], "warnings": []},
     }

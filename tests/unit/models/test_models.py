@@ -277,15 +277,11 @@ def test_a_turned_pixel_of_the_turned_model_is_the_same_place(model, turn_deg):
     }[turn_deg]
     turned_pixels = np.stack(there, axis=-1)
     np.testing.assert_array_equal(turn.points(pixels), turned_pixels)
-    assert turned.image_size == (
-        ImageSize(height, width) if turn_deg % 180 else model.image_size
-    )
+    assert turned.image_size == (ImageSize(height, width) if turn_deg % 180 else model.image_size)
     places = field_from_raw(model, pixels)
     assert np.isfinite(places).all(axis=-1).mean() > 0.5
     # far places lie near the horizon, where rounding in the picture counts for more
-    np.testing.assert_allclose(
-        field_from_raw(turned, turned_pixels), places, rtol=1e-10, atol=1e-6
-    )
+    np.testing.assert_allclose(field_from_raw(turned, turned_pixels), places, rtol=1e-10, atol=1e-6)
     # out to where the reach of a model ends
     around = grid(3.7 * width, 3.7 * height, 60, 60) - 1.35 * np.array([width, height])
     np.testing.assert_array_equal(

@@ -234,6 +234,10 @@ class DistortionEstimate:
     names: tuple[str, ...]
     covariance: Array
 
+    @property
+    def image_size(self) -> ImageSize:
+        return self.distortion.image_size
+
     def to_json(self) -> dict[str, Any]:
         return {
             **self.distortion.to_json(),
@@ -243,7 +247,7 @@ class DistortionEstimate:
 
     def turned(self, turn_deg: int) -> Self:
         """Return the same lens for its picture turned clockwise, with what is known of it; exact."""
-        turn = QuarterTurn(turn_deg, self.distortion.image_size)
+        turn = QuarterTurn(turn_deg, self.image_size)
         known = turned_covariance(
             self.names, self.covariance, turn, self.distortion.lens.VECTORS, aspect=1.0
         )

@@ -18,7 +18,9 @@ class PowerTerms:
 
     TERMS: ClassVar[tuple[str, ...]]
     POWERS: ClassVar[tuple[int, ...]]
-    VECTORS: ClassVar[tuple[tuple[str, str], ...]] = ()  # a radial lens looks the same after any turn
+    VECTORS: ClassVar[
+        tuple[tuple[str, str], ...]
+    ] = ()  # a radial lens looks the same after any turn
 
     @classmethod
     def power(cls, name: str) -> int:
