@@ -10,6 +10,7 @@ from touchline.core.quarter_turn import QuarterTurn, turn_in_words
 from touchline.core.records import Calibration
 from touchline.images import encode
 from touchline.services.container import Services
+from touchline.services.result_savers import save_draft_of
 from touchline.store.quarantine import DamagedFile
 from touchline.store.snapshots import Snapshot
 from touchline.workflows.turning import turned_calibration
@@ -31,6 +32,7 @@ def save_turned_version(services: Services, id: str, turn_deg: int, by: str) -> 
             picture = _turned_picture(services, before.snapshot, turn_deg)
             made = replace(made, snapshot=picture.id, image_sha256=picture.sha256)
     saved = store.calibrations.add(made, by)
+    save_draft_of(store, saved, by)
     if evidence is not None:  # it is of the same device
         store.identities.confirm(saved.id, evidence, by)
     return saved
