@@ -148,7 +148,7 @@ CAPABILITIES: Mapping[str, Capability] = {
             ),
             "import": ("touchline.cli.exports:import_file", "Read a file of another program."),
             "turn": (
-                "touchline.cli.turning:turn",
+                "touchline.cli.exports:turn",
                 "Turn a calibration or a lens with the images of its camera.",
             ),
         },

@@ -1,4 +1,4 @@
-"""export and import: a calibration to the files of other programs and from them."""
+"""export, import and turn: a calibration to the files of other programs and from them, and with turned images."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,12 +7,13 @@ import typer
 
 from touchline.cli import files
 from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
-from touchline.core.quarter_turn import check_turn
+from touchline.core.quarter_turn import check_turn, turn_in_words
 from touchline.core.records import Calibration
 from touchline.core.sentences import area_name
 from touchline.formats.document import MAX_FILE_BYTES
 from touchline.workflows import interchange
 from touchline.workflows.calibration_request import with_new_id
+from touchline.workflows.turning import turned_calibration, turned_lens_record
 
 CameraId = Annotated[
     int | None,
@@ -131,6 +132,39 @@ def import_file(
         f"Calibration ({found.model_name}, {found.image_size}, {found.field['name']}, {area_name(found.region)}), "
         f"saved as {output}."
     )
+
+
+def turn(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CAL.json|LENS.json", help="A calibration from calibrate, or a lens from board."
+        ),
+    ],
+    turn_deg: Annotated[
+        int,
+        typer.Option(
+            "--turn",
+            min=90,
+            max=270,
+            help="By how much the images are turned clockwise: 90, 180 or 270.",
+        ),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="NEW.json", help="The file to write.")
+    ],
+) -> None:
+    """Turn a calibration or a lens with the images of its camera."""
+    words = turn_in_words(check_turn(turn_deg))
+    lens = files.read_lens_record(file)
+    if lens is not None:
+        files.write_lens(output, turned_lens_record(lens, turn_deg))
+        print(f"Lens {words}, saved as {output}.")
+        return
+    known = files.read_calibration(file)
+    made = turned_calibration(known, turn_deg, f"Version {known.version}, {words}.")
+    files.write_calibration(output, with_new_id(made))
+    print(f"Calibration {words}, saved as {output}. Images must be {made.image_size}.")
 
 
 def _cost(row: dict) -> str:

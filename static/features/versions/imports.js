@@ -6,7 +6,13 @@ import { busy, cameras, notify } from "../../core/state.js";
 import { t } from "../../core/words.js";
 
 /** What is said beside a file; empty says nothing. */
-export const importOptions = signal({ camera: "", field: "", region: "", image_size: "" });
+export const importOptions = signal({
+  camera: "",
+  field: "",
+  region: "",
+  image_size: "",
+  turn: "",
+});
 /**
  * What became of the last file; choices: the answers to what it does not say, each of which reads it again.
  * @typedef {{ label: string, stated: Record<string, string> }} Choice

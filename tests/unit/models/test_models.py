@@ -329,6 +329,10 @@ def test_a_model_turns_by_quarters_alone():
         with pytest.raises(BadInput, match="45") as refusal:
             examples(name)[0].turned(45)
         assert refusal.value.reason == "bad-turn"
+    turned = parameters_json(examples("polynomial")[0].turned(90))
+    for wrong in (45, -90, 90.5, "90", True, None):
+        with pytest.raises(BadInput):
+            model_from_json("polynomial", {**turned, "turn_deg": wrong})
 
 
 @every_fitted_model
