@@ -147,6 +147,10 @@ CAPABILITIES: Mapping[str, Capability] = {
                 "Write a calibration in the format of another program.",
             ),
             "import": ("touchline.cli.exports:import_file", "Read a file of another program."),
+            "turn": (
+                "touchline.cli.exports:turn",
+                "Turn a calibration or a lens with the images of its camera.",
+            ),
         },
     ),
     "jobs": Capability(routes=(f"{ROUTES}.jobs:router",)),

@@ -107,6 +107,7 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /calibrations/{id}/transform": sent(
         id=first, json={"from": "image", "to": "field", "points": POINTS}
     ),
+    "POST /calibrations/{id}/turned": sent(id=first, json={"turn": 180}),
     "GET /calibrations/{id}/uncertainty.json": sent(id=first),
     "GET /calibrations/{id}/uncertainty.png": sent(id=first),
     "GET /calibrations/{id}/mesh": sent(id=first, params={"view": "corrected"}),

@@ -13,6 +13,8 @@ from tests.support.activation import activate_despite
 from tests.support.refusals import API, refusal
 from tests.support.tiers import long
 from touchline.api.responses import attachment
+from touchline.core.geometry import ImageSize
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.formats import FORMATS
 
 CAL = f"{API}/calibrations"
@@ -188,6 +190,33 @@ def test_a_file_of_another_program_is_kept_as_a_lens_that_a_fit_holds(
         },
     )
     refusal(own, 422, "lens-sigma-unknown")
+
+
+@pytest.mark.parametrize(
+    "model, format", [("brown-conrady", "json"), ("brown-conrady", "opencv"), ("polynomial", "csv")]
+)
+def test_a_file_from_before_the_images_were_turned_is_turned(standing, made, model, format):
+    calibration = made(model)
+    data = exported(standing, calibration, format).content
+    beside = {"field": "ssl-2008", "region": "half", "model": "polynomial"}
+    more = {**beside, "image_size": "580x780"} if format == "csv" else {}
+    pixels = np.array([[100.0, 100.0], [390.0, 290.0], [700.0, 500.0]])
+    for turn_deg in (0, 90, 270):
+        size = {"image_size": "780x580"} if more and not turn_deg else {}
+        answer = imported(standing, data, turn=str(turn_deg), **{**more, **size})
+        assert answer.status_code == 201, answer.text
+        record, turn = answer.json(), QuarterTurn(turn_deg, ImageSize(780, 580))
+        assert record["image_size"] == [*turn.size_after]
+        assert ("The file was turned by 90°" in record["note"]) == (turn_deg != 0)
+        np.testing.assert_allclose(
+            field_of(standing, record, turn.points(pixels).tolist()),
+            field_of(standing, calibration, pixels.tolist()),
+            atol=1e-6 if format != "csv" else 1.0,
+        )
+        # our own file says its covered area; of another's the one that is upright in the image now
+        assert (record["rotate"] == calibration["rotate"]) or format == "opencv"
+    refusal(imported(standing, data, turn="45"), 422, "bad-turn")
+    refusal(imported(standing, data, turn="-90"), 422, "bad-request")
 
 
 def test_a_table_of_points_is_fitted(standing, made):

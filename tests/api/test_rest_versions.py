@@ -1,12 +1,20 @@
 """REST of versions that stand already: who activated which, a note that changes, a deletion that is taken back."""
 
+import numpy as np
 import pytest
 
 from tests.support.activation import activate_despite
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal, without_size
+from touchline.core.geometry import ImageSize
+from touchline.core.quarter_turn import QuarterTurn
+from touchline.images import frame_from_bytes
 
 CAL = f"{API}/calibrations"
+
+
+def pixels_of(png):
+    return frame_from_bytes(png).pixels
 
 
 @pytest.fixture
@@ -71,3 +79,63 @@ def test_a_note_changes_and_nothing_else_of_the_version(client, two):
     refusal(client.patch(f"{CAL}/{'0' * 16}", json={"note": ""}), 404, "unknown-calibration")
     client.delete(f"{CAL}/{two[0]['id']}")
     refusal(client.patch(f"{CAL}/{two[0]['id']}", json={"note": ""}), 404, "unknown-calibration")
+
+
+@pytest.mark.parametrize("turn_deg", [90, 180, 270])
+def test_a_version_for_turned_images_places_turned_pixels_alike(client, calibration, turn_deg):
+    answer = client.post(f"{CAL}/{calibration['id']}/turned", json={"turn": turn_deg})
+    made = answer.json()
+    assert answer.status_code == 201 and answer.headers["location"] == f"{CAL}/{made['id']}"
+    assert (made["version"], made["parent"], made["active"]) == (2, calibration["id"], False)
+    assert made["note"].startswith("Version 1, turned by")
+    turn = QuarterTurn(turn_deg, ImageSize(*calibration["image_size"]))
+    assert made["image_size"] == [*turn.size_after]
+
+    def field_from_image(id, pixels):
+        body = {"from": "image", "to": "field", "points": pixels.tolist()}
+        return client.post(f"{CAL}/{id}/transform", json=body).json()["points"]
+
+    pixels = np.array([[100.0, 100.0], [390.0, 290.0], [700.0, 500.0]])
+    np.testing.assert_allclose(
+        field_from_image(made["id"], turn.points(pixels)),
+        field_from_image(calibration["id"], pixels),
+        atol=1e-6,
+    )
+
+
+def test_a_turned_version_has_the_turned_image_and_its_draft(client, calibration):
+    made = client.post(f"{CAL}/{calibration['id']}/turned", json={"turn": 90}).json()
+    before, after = (
+        pixels_of(client.get(f"{API}/snapshots/{one['snapshot']}/image.png").content)
+        for one in (calibration, made)
+    )
+    np.testing.assert_array_equal(after, np.rot90(before, -1))
+    snapshots = [
+        client.get(f"{API}/snapshots/{one['snapshot']}").json() for one in (calibration, made)
+    ]
+    assert snapshots[0]["taken_at"] == snapshots[1]["taken_at"]
+    assert made["image_sha256"] == snapshots[1]["sha256"]
+    draft = client.get(f"{API}/drafts/{made['snapshot']}").json()
+    assert draft["observations"] == made["observations"] and draft["rotate"] == made["rotate"]
+    url = "corrected.png?width=200"
+    first, second = (
+        pixels_of(client.get(f"{CAL}/{one['id']}/{url}&snapshot={one['snapshot']}").content)
+        for one in (calibration, made)
+    )
+    assert first.shape == second.shape
+    assert np.abs(first.astype(int) - second).max() <= 2  # rounding of the map
+
+
+def test_a_version_without_an_image_turns_too(client, two):
+    made = client.post(f"{CAL}/{two[0]['id']}/turned", json={"turn": 180}).json()
+    assert made["snapshot"] is None and (made["version"], made["camera"]) == (3, "north")
+    assert made["parent"] == two[0]["id"]
+    for path in ("overlay.json", "residuals.json", "uncertainty.json", "report.json", "claims"):
+        assert client.get(f"{CAL}/{made['id']}/{path}").status_code == 200, path
+
+
+def test_a_turn_that_is_none_is_refused(client, two):
+    for body in ({"turn": 45}, {"turn": 0}, {"turn": "90"}, {}, {"turn": 90, "more": 1}):
+        refusal(client.post(f"{CAL}/{two[0]['id']}/turned", json=body), 422)
+    refusal(client.post(f"{CAL}/nowhere/turned", json={"turn": 90}), 404)
+    assert len(client.get(CAL).json()["items"]) == 2

@@ -4,10 +4,13 @@ import json
 import os
 import re
 
+import numpy as np
 import pytest
 
 from tests.support.exported import OF_LEAGUE, example, model_of, of_model
 from tests.unit.formats.test_imports import KALIBR
+from touchline.core.geometry import ImageSize
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.formats import FORMATS
 from touchline.formats.approximation import export_camera
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_WrapperPacket
@@ -168,3 +171,57 @@ def test_a_packet_of_two_cameras_is_read_by_the_number_that_its_refusal_names(
     assert code == 3 and "--entry" in err and not REST_NAME.search(err)
     for option in ("--entry", "--camera-id"):
         assert touchline("import", "both.pb", "-o", "out.json", option, "4")[0] == 0
+
+
+@pytest.mark.parametrize("turn_deg", [90, 180])
+def test_a_calibration_is_turned_with_its_images(touchline, cal, tmp_path, turn_deg):
+    file = cal("brown-conrady", 1)
+    code, out, err = touchline("turn", file, "--turn", str(turn_deg), "-o", "new.json")
+    assert code == 0, err
+    assert "turned by" in out and ("1024 × 1280" in out) == (turn_deg == 90)
+    made = json.loads((tmp_path / "new.json").read_text())
+    assert made["note"].startswith("Version 3, turned by")
+    turned = QuarterTurn(turn_deg, ImageSize(1280, 1024)).points(np.array([320.5, 240.0]))
+    asked = ("--from", "image", "--to", "field", "--z", "150", "--json")
+    there, back = (
+        json.loads(touchline("transform", "-c", name, *asked, f"{x!r},{y!r}")[1])
+        for name, (x, y) in ((file, (320.5, 240.0)), ("new.json", turned.tolist()))
+    )
+    assert back["points"][0] == pytest.approx(there["points"][0], abs=1e-6)
+    # the same on the way in
+    assert touchline("import", file, "-o", "in.json", "--turn", str(turn_deg))[0] == 0
+    read = json.loads((tmp_path / "in.json").read_text())
+    assert read["model"] == made["model"] and "The file was turned by" in read["note"]
+
+
+def test_a_lens_is_turned_with_its_images(touchline, tmp_path):
+    (tmp_path / "chain.yaml").write_text(KALIBR)
+    assert touchline("import", "chain.yaml", "-o", "lens.json")[0] == 0
+    code, out, err = touchline("turn", "lens.json", "--turn", "270", "-o", "new.json")
+    assert code == 0 and out.startswith("Lens turned by 90° counter-clockwise"), err
+    before, after = (
+        json.loads((tmp_path / name).read_text()) for name in ("lens.json", "new.json")
+    )
+    assert after["image_size"] == before["image_size"][::-1]
+    assert after["lens"]["centre_px"] == pytest.approx(
+        [
+            before["lens"]["centre_px"][1],
+            before["image_size"][0] - 1 - before["lens"]["centre_px"][0],
+        ]
+    )
+    assert touchline("import", "chain.yaml", "-o", "in.json", "--turn", "270")[0] == 0
+    assert json.loads((tmp_path / "in.json").read_text())["lens"] == after["lens"]
+    from touchline.cli.files import read_lens_option
+
+    assert read_lens_option(tmp_path / "new.json")["lens"] == after["lens"]
+
+
+def test_a_turn_that_is_no_quarter_is_refused_and_nothing_is_written(touchline, cal, tmp_path):
+    file = cal("ssl", 0)
+    code, _, err = touchline("turn", file, "--turn", "100", "-o", "new.json")
+    assert code == 3 and "Use 90, 180 or 270" in err
+    assert touchline("turn", file, "--turn", "0", "-o", "new.json")[0] == 2
+    assert touchline("import", file, "--turn", "45", "-o", "new.json")[0] == 3
+    (tmp_path / "odd.json").write_text('{"format": "touchline-lens", "lens": {}}')
+    assert touchline("turn", "odd.json", "--turn", "90", "-o", "new.json")[0] == 3
+    assert not (tmp_path / "new.json").exists()

@@ -213,3 +213,46 @@ def drop(page, name, text):
         ),
         lambda is_left_to_browser: not is_left_to_browser,
     )
+
+
+def test_a_version_is_turned_by_keyboard_and_a_file_on_its_way_in(
+    exported, server, page, camera, tmp_path
+):
+    """180° at a version; and the same file again, turned back: it is the version it began with."""
+    start(page, server)
+    page.get_by_text(t("versions.import.beside")).click()
+    page.get_by_test_id("import-camera").select_option(camera)
+    choice = page.get_by_test_id("import-turn")
+    expect(choice.locator("option").first).to_have_text(t("versions.import.not-turned"))
+    choice.select_option("180")
+    page.screenshot(path=tmp_path / "import.png")
+    page.get_by_test_id("import-file").set_input_files(file_of("north.json", exported("json")))
+    expect(page.get_by_test_id("imported")).to_contain_text("turned by 180°", timeout=LONG_MS)
+    kept = server.api("GET", f"/calibrations?camera={camera}").json()["items"][0]
+
+    page.goto(f"{server.url}/#/cameras/{camera}/versions")
+    card = page.locator(f"[data-testid=shelf-version][data-version='{kept['version']}']")
+    summary = card.get_by_test_id("turn").locator("summary")
+    summary.focus()
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    expect(card.get_by_test_id("turn-90")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.screenshot(path=tmp_path / "turn.png")
+    page.keyboard.press("Enter")
+    number = kept["version"] + 1
+    turned = t("versions.turned", version=number, former=kept["version"])
+    expect(page.get_by_text(turned)).to_be_visible(timeout=LONG_MS)
+    expect(page.locator(f"[data-version='{number}']")).to_have_attribute("data-active", "false")
+    page.screenshot(path=tmp_path / "turned.png")
+    made = server.api("GET", f"/calibrations?camera={camera}").json()["items"][0]
+    assert (made["version"], made["parent"]) == (number, kept["id"])
+    body = {"from": "image", "to": "field", "points": [[390.0, 290.0], [100.0, 100.0]]}
+    back = {**body, "points": [[389.0, 289.0], [679.0, 479.0]]}
+    places = [
+        server.api("POST", f"/calibrations/{it['id']}/transform", json=sent).json()["points"]
+        for it, sent in ((kept, body), (made, back))
+    ]
+    assert places[1][0] == pytest.approx(places[0][0]) and places[1][1] == pytest.approx(
+        places[0][1]
+    )

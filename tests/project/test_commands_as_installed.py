@@ -20,6 +20,7 @@ USES = {  # of every command that ends by itself, in this order: what one writes
     "report": "cal.json --enough any -o report.html",
     "export": "cal.json --format json -o again.json",
     "import": "again.json -o imported.json",
+    "turn": "cal.json --turn 180 -o turned.json",
     "check": "cal.json pictures/north-1.png --enough any",
     "board": "board0.png board1.png board2.png board3.png board4.png --columns 9 --rows 6 --square-mm 25 "
     "--option terms=[] --option warp=false -o lens.json",

@@ -1,4 +1,4 @@
-"""export and import: a calibration to the files of other programs and from them."""
+"""export, import and turn: a calibration to the files of other programs and from them, and with turned images."""
 
 import re
 from collections.abc import Iterator
@@ -12,11 +12,13 @@ import typer
 from touchline.cli import files
 from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
 from touchline.core.errors import TouchlineError
+from touchline.core.quarter_turn import check_turn, turn_in_words
 from touchline.core.records import Calibration
 from touchline.core.sentences import area_name
 from touchline.formats.document import MAX_FILE_BYTES
 from touchline.workflows import interchange
 from touchline.workflows.calibration_request import with_new_id
+from touchline.workflows.turning import turned_calibration, turned_lens_record
 
 # what a fix says to programs, and the names in it that are options here
 TO_PROGRAMS = re.compile(r"From a program, (send|omit) (.*)")
@@ -114,20 +116,29 @@ def import_file(
     entry: Annotated[
         str | None, typer.Option("--entry", help="The camera of a file with several, by its name.")
     ] = None,
+    turn: Annotated[
+        int,
+        typer.Option(
+            "--turn",
+            help="By how much images of the camera were turned clockwise since: 90, 180 or 270.",
+        ),
+    ] = 0,
     fields: OwnFields = None,
 ) -> None:
     """Read a file of another program."""
     with _fixes_with_options():
         size = None if image_size is None else interchange.size_from_text(image_size)
         options = interchange.ImportOptions(
-            field, region, rotate, size, None, camera_id, model, entry
+            field, region, rotate, size, None, camera_id, model, entry, check_turn(turn)
         )
         found = interchange.read_file(files.read_bytes(file, MAX_FILE_BYTES), options)
         if interchange.is_lens(found):
             files.write_lens(output, interchange.lens_record_from_file(found, options))
             print(f"Lens saved as {output}. Use it with calibrate --lens to fit the camera pose.")
             return
-        if not isinstance(found, Calibration):
+        if isinstance(found, Calibration):
+            found = interchange.turned_as_stated(found, options)
+        else:
             found = with_new_id(
                 interchange.calibration_from_file(found, options, own_fields(fields))
             )
@@ -155,6 +166,39 @@ def _fixes_with_options() -> Iterator[None]:
 
 def _option(name: re.Match[str]) -> str:
     return f"--{name[0].replace('_', '-')}"
+
+
+def turn(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CAL.json|LENS.json", help="A calibration from calibrate, or a lens from board."
+        ),
+    ],
+    turn_deg: Annotated[
+        int,
+        typer.Option(
+            "--turn",
+            min=90,
+            max=270,
+            help="By how much the images are turned clockwise: 90, 180 or 270.",
+        ),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="NEW.json", help="The file to write.")
+    ],
+) -> None:
+    """Turn a calibration or a lens with the images of its camera."""
+    words = turn_in_words(check_turn(turn_deg))
+    lens = files.read_lens_record(file)
+    if lens is not None:
+        files.write_lens(output, turned_lens_record(lens, turn_deg))
+        print(f"Lens {words}, saved as {output}.")
+        return
+    known = files.read_calibration(file)
+    made = turned_calibration(known, turn_deg, f"Version {known.version}, {words}.")
+    files.write_calibration(output, with_new_id(made))
+    print(f"Calibration {words}, saved as {output}. Images must be {made.image_size}.")
 
 
 def _cost(row: dict) -> str:

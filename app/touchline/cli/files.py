@@ -11,6 +11,7 @@ from typing import Any
 from touchline.cli.console import FileTrouble
 from touchline.core.errors import BadInput
 from touchline.core.geometry import Points, as_points
+from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration, Frame
 from touchline.fitting.ray_camera.lens_prior import DistortionEstimate
 from touchline.formats import json_file
@@ -119,6 +120,13 @@ def read_lens_option(path: Path) -> dict[str, Any]:
         lens = Intrinsics.from_json(value.get("lens"))
         return {"name": lens.model, "lens": lens.to_json()}
     return json_file.read(data).lens_option()
+
+
+def read_lens_record(path: Path) -> JsonObject | None:
+    """Read a file that write_lens wrote; None for any other JSON."""
+    value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))
+    is_lens = isinstance(value, dict) and value.get("format") == LENS_FORMAT
+    return value if is_lens else None
 
 
 def write_lens(path: Path, found: Mapping[str, Any]) -> None:

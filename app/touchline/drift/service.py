@@ -27,6 +27,7 @@ from touchline.models import Restored, model_of
 from touchline.services.claims import camera_of
 from touchline.services.container import IsAbandoned, Services
 from touchline.services.live import take_frame
+from touchline.services.result_savers import save_draft_of
 from touchline.vision.picture_print import PicturePrint
 
 FRAME_S = 4.0  # for a frame of a camera that is live
@@ -45,16 +46,9 @@ ENDS_REFUTED: dict[Way, Sentence] = {
 
 
 def save_registered(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
-    """Save the version with the new pose, as the child of the one that it was made from.
-
-    Its picture's draft gets what it was made of, unless points are in it: a version without them looks changed since.
-    """
+    """Save the version with the new pose, as the child of the one that it was made from."""
     version = services.store.calibrations.add(Calibration.from_json(result["made"]), about["by"])
-    drafts = services.store.drafts
-    with suppress(TouchlineError):  # its picture is gone, or an operator has begun on it
-        draft = drafts.get(str(version.snapshot))
-        if not draft.body["observations"]:
-            drafts.save(draft.snapshot, version.draft(), draft.etag, about["by"])
+    save_draft_of(services.store, version, about["by"])
     return {
         "calibration": version.id,
         "version": version.version,

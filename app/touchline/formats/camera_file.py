@@ -9,8 +9,9 @@ import numpy as np
 
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field
-from touchline.core.geometry import Array, ImageSize
+from touchline.core.geometry import Array, ImageSize, as_triple
 from touchline.core.json_values import JsonObject
+from touchline.core.quarter_turn import QuarterTurn, turn_in_words
 from touchline.core.statements import say
 from touchline.formats.approximation import (
     CameraPose,
@@ -29,7 +30,7 @@ from touchline.models.intrinsics import Intrinsics
 from touchline.models.lenses.brown_conrady import TERMS
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 from touchline.models.ray_camera import RayCamera, lens_model
-from touchline.models.rotation import matrix_from_vector
+from touchline.models.rotation import matrix_from_vector, vector_from_matrix
 
 LENSES = {"brown-conrady": TERMS}
 LENSES_WITH_FISHEYE = {**LENSES, "fisheye": FISHEYE_TERMS}
@@ -158,6 +159,28 @@ class CameraFile:
                 *self.notes,
                 f"The file was for images of {old}. Focal length and centre were scaled.",
             ),
+        )
+
+    def turned(self, turn_deg: int, wanted: ImageSize | None) -> Self:
+        """Turn the picture clockwise. wanted: its size afterwards, for a file that does not state its own."""
+        if not turn_deg:
+            return self
+        size = self.image_size or (wanted and QuarterTurn(turn_deg, wanted).size_after)
+        turn = QuarterTurn(turn_deg, self.at_size(size).known_size)
+        focal_x, aspect, centre = turn.pinhole(self.focal_px[0], self.aspect, self.centre_px)
+        terms = lens_model(self.model).LENS.turned(np.array(self.terms), turn.matrix)
+        pose = self.pose
+        if pose is not None:
+            camera = turn.about_axis @ matrix_from_vector(np.array(pose.rotation))
+            pose = replace(pose, rotation=as_triple(vector_from_matrix(camera)))
+        return replace(
+            self,
+            terms=tuple(map(float, terms)),
+            focal_px=(focal_x, focal_x * aspect),
+            centre_px=centre,
+            image_size=turn.size_after,
+            pose=pose,
+            notes=(*self.notes, f"The file was {turn_in_words(turn_deg)}."),
         )
 
     def lens(self) -> Intrinsics:

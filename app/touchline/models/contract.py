@@ -82,6 +82,13 @@ class CameraModel(Rectification):
     def corrected_from_field(self, points: Points) -> Points:
         """Map field mm on the carpet to corrected pixels, the exact inverse."""
 
+    @abstractmethod
+    def turned(self, turn_deg: int) -> Self:
+        """Return the same camera for its picture turned clockwise: only raw pixels lie elsewhere, exactly.
+
+        The corrected picture stays as it is, and so does the region with its own rotation.
+        """
+
     @classmethod
     @abstractmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

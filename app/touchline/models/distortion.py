@@ -9,13 +9,14 @@ D. C. Brown, "Close-range camera calibration", 1971 (the plumb-line method); F. 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 
 from touchline.core.errors import BadInput
-from touchline.core.geometry import Array, ImageSize, Points, homogeneous
+from touchline.core.geometry import Array, ImageSize, Points, as_pair, homogeneous
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.models.lenses import Lens
 from touchline.models.lenses.brown_conrady import BrownConradyLens
 from touchline.models.lenses.division import DivisionLens, EvenDivisionLens
@@ -62,6 +63,16 @@ class Distortion:
             name: float(self.terms[self.lens.TERMS.index(name)] * scale ** self.lens.power(name))
             for name in LINE_LENSES[self.name][1]
         }
+
+    def turned(self, turn_deg: int) -> Self:
+        """Return the same lens for its picture turned clockwise; exact."""
+        turn = QuarterTurn(turn_deg, self.image_size)
+        return replace(
+            self,
+            terms=tuple(map(float, self.lens.turned(np.array(self.terms), turn.matrix))),
+            centre_px=as_pair(turn.points(np.array(self.centre_px))),
+            image_size=turn.size_after,
+        )
 
     def to_json(self) -> dict[str, Any]:
         return {

@@ -8,7 +8,7 @@ A. Zisserman, "Multiple View Geometry" (2004), ch. 4.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -24,6 +24,7 @@ from touchline.core.geometry import (
     as_triple,
     unreachable_where,
 )
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.core.statements import named
 from touchline.models.contract import EXPORTED, TopView, read_model
 
@@ -68,6 +69,16 @@ class Homography(TopView):
         """Map corrected pixels to raw ones; NaN for places behind the camera."""
         with np.errstate(invalid="ignore"):
             return apply_homography(self.raw_from_field, self.field_from_corrected(points))
+
+    def turned(self, turn_deg: int) -> Self:
+        """Return M T⁻¹, where T turns pixels: det T = 1, so that the scale stays as it is."""
+        turn = QuarterTurn(turn_deg, self.image_size)
+        first, second, third = self._matrix @ turn.back().turned_from_pixel
+        return replace(
+            self,
+            field_from_raw=(as_triple(first), as_triple(second), as_triple(third)),
+            image_size=turn.size_after,
+        )
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

@@ -20,10 +20,12 @@ from touchline.core.geometry import (
     unreachable_where,
 )
 from touchline.core.json_values import read
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.models import parameters_json
 from touchline.models.lenses import Lens
 from touchline.models.ray_camera import lens_model
 from touchline.models.rotation import matrix_from_vector
+from touchline.models.turned_covariance import turned_covariance
 
 RETURNED = "Send the lens that a board calibration returned."
 # the names before those of the lens's own terms
@@ -125,6 +127,21 @@ class Intrinsics:
     @property
     def _focal(self) -> Array:
         return self.focal_px * np.array([1.0, self.aspect])
+
+    def turned(self, turn_deg: int) -> Self:
+        """Return the same lens for its picture turned clockwise, with what is known of it; exact."""
+        turn = QuarterTurn(turn_deg, self.image_size)
+        names, covariance = turned_covariance(
+            self.estimated, np.array(self.covariance), turn, self.lens.VECTORS, self.aspect
+        )
+        return type(self)(
+            self.model,
+            tuple(map(float, self.lens.turned(np.array(self.terms), turn.matrix))),
+            *turn.pinhole(self.focal_px, self.aspect, self.centre_px),
+            turn.size_after,
+            names,
+            tuple(tuple(map(float, row)) for row in covariance),
+        )
 
     def to_json(self) -> dict[str, Any]:
         return parameters_json(self)

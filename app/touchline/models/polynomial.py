@@ -15,7 +15,8 @@ and (8) are printed with the fraction upside down, which sends the far border to
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from dataclasses import field as member
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -33,6 +34,7 @@ from touchline.core.geometry import (
     Points,
     unreachable_where,
 )
+from touchline.core.quarter_turn import QuarterTurn, check_turn
 from touchline.core.statements import named
 from touchline.models.contract import EXPORTED, CameraModel, read_model
 
@@ -83,6 +85,7 @@ class Polynomial(CameraModel):
     left, right: x of the raw row y. top, bottom: raw y of the *corrected* column x_c.
     width_px, height_px: I_width and I_height; the borders lie on columns 0 and I_width, rows 0 and I_height.
     across_mm: u = a + b·x_c. down_mm: v = Σ c_k (y_c / I_height)^k; both in the region's frame.
+    turn_deg: by how much the picture was turned clockwise afterwards; the borders are those of the picture before it.
     """
 
     NAME: ClassVar[str] = "polynomial"
@@ -102,11 +105,13 @@ class Polynomial(CameraModel):
     n_rectangles_y: int
     across_mm: tuple[float, float]
     down_mm: tuple[float, ...]
+    turn_deg: int = member(default=0, kw_only=True)
     region: Region
     image_size: ImageSize
 
     def corrected_from_raw(self, points: Points) -> Points:
         """Map raw pixels (..., 2) to corrected ones; NaN where borders have met or far outside the picture."""
+        points = self._turn.back().points(points)
         x, y = points[..., 0], points[..., 1]
         with np.errstate(all="ignore"):
             x_initial = self.left(y)
@@ -135,14 +140,26 @@ class Polynomial(CameraModel):
             bad = self._beyond(y, x_c, extent_x, extent_y)
             if bad.any():
                 x, y = np.where(bad, np.nan, x), np.where(bad, np.nan, y)
-            return x, y
+            if not self.turn_deg:
+                return x, y
+            raw = self._turn.points(np.stack([x, y], axis=-1))
+            return raw[..., 0], raw[..., 1]
+
+    @cached_property
+    def _turn(self) -> QuarterTurn:
+        """Return the turn from the picture of the borders to this one."""
+        size = QuarterTurn(
+            self.turn_deg, self.image_size
+        ).size_after  # a turn back swaps them likewise
+        return QuarterTurn(self.turn_deg, size)
 
     def _beyond(self, y: Array, x_c: Array, extent_x: Array, extent_y: Array) -> Mask:
         """Return where a border would be extrapolated too far: past REACH, or where two borders meet.
 
         Both ways read each curve at the same place, so the test is the same both ways. NaN counts as beyond.
         """
-        width, (height, middle) = self.width_px, (self.image_size.height, self.image_size.centre[1])
+        before = self._turn.size
+        width, (height, middle) = self.width_px, (before.height, before.centre[1])
         near_columns = (extent_y >= MIN_EXTENT_PX) & (
             np.abs(x_c - width / 2) <= (0.5 + REACH) * width
         )
@@ -216,6 +233,14 @@ class Polynomial(CameraModel):
                     break
         return np.where(reachable, s, np.nan)
 
+    def turned(self, turn_deg: int) -> Self:
+        """Note the turn: the two corrections follow each other, so that borders cannot take each other's places."""
+        return replace(
+            self,
+            turn_deg=(self.turn_deg + check_turn(turn_deg)) % 360,
+            image_size=QuarterTurn(turn_deg, self.image_size).size_after,
+        )
+
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         model = read_model(cls, parameters)
@@ -224,6 +249,7 @@ class Polynomial(CameraModel):
 
     def _refuse_nonsense(self) -> None:
         """Raise BadInput for parameters that no fit makes."""
+        check_turn(self.turn_deg)
         curves = (self.left, self.right, self.top, self.bottom)
         numbers = [*self.across_mm, *self.down_mm]
         for curve in curves:

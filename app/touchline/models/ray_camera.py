@@ -8,7 +8,7 @@ models can be compared and the cameras of a rig agree. Each camera with a lens i
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -22,9 +22,11 @@ from touchline.core.geometry import (
     ImageSize,
     Mask,
     Points,
+    as_triple,
     unreachable_where,
     with_z,
 )
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.core.statements import named
 from touchline.models import MODELS
 from touchline.models.contract import EXPORTED, RayModel, TopView, read_model
@@ -33,7 +35,7 @@ from touchline.models.lenses.brown_conrady import BrownConradyLens
 from touchline.models.lenses.division import DivisionLens
 from touchline.models.lenses.kannala_brandt import KannalaBrandtLens
 from touchline.models.lenses.ssl import SslLens
-from touchline.models.rotation import matrix_from_vector
+from touchline.models.rotation import matrix_from_vector, vector_from_matrix
 
 REACH = 1.0  # how far beyond the picture a lens is extrapolated, as a share of the picture's extent
 
@@ -116,6 +118,20 @@ class RayCamera(TopView, RayModel):
 
     def raw_from_corrected(self, points: Points) -> Points:
         return self.project(with_z(self.field_from_corrected(points)))
+
+    def turned(self, turn_deg: int) -> Self:
+        """Turn lens, centre and camera about the optical axis: plane' = R plane, ray' = R ray, position as it was."""
+        turn = QuarterTurn(turn_deg, self.image_size)
+        focal_px, aspect, centre_px = turn.pinhole(self.focal_px, self.aspect, self.centre_px)
+        return replace(
+            self,
+            lens_terms=tuple(map(float, self.LENS.turned(self._terms, turn.matrix))),
+            focal_px=focal_px,
+            aspect=aspect,
+            centre_px=centre_px,
+            rotation=as_triple(vector_from_matrix(turn.about_axis @ self.camera_from_field)),
+            image_size=turn.size_after,
+        )
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

@@ -14,7 +14,7 @@ It bends the picture of the carpet and has no rays: it cannot place what is abov
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Literal, Self
 
@@ -181,6 +181,10 @@ class ThinPlate(CameraModel):
         middle, _ = spline_frame(self.base)
         half = np.array([self.width_px, self.height_px]) * (0.5 + self.reach)
         return np.all(np.abs(points - middle) <= half, axis=-1)
+
+    def turned(self, turn_deg: int) -> Self:
+        """Turn the base alone: the spline bends corrected pixels, which stay where they are."""
+        return replace(self, base=self.base.turned(turn_deg))
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

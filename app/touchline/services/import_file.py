@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError
 from touchline.core.errors import BadInput
 from touchline.core.field_json import field_from_json
 from touchline.core.json_values import completed_report
+from touchline.core.quarter_turn import check_turn
 from touchline.core.records import Calibration
 from touchline.models import model_from_json
 from touchline.services.container import Services
@@ -29,7 +30,17 @@ from touchline.workflows import interchange
 
 FIX = "Use a file that Touchline exported as json."
 # given beside the file
-OPTIONS = ("camera", "field", "region", "rotate", "image_size", "camera_id", "model", "entry")
+OPTIONS = (
+    "camera",
+    "field",
+    "region",
+    "rotate",
+    "image_size",
+    "camera_id",
+    "model",
+    "entry",
+    "turn",
+)
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
@@ -71,7 +82,7 @@ def import_file(
     store, options = services.store, _import_options(texts)
     content = interchange.read_file(data, options)
     if isinstance(content, Calibration):
-        given = [name for name in OPTIONS if name != "camera" and texts[name]]
+        given = [name for name in OPTIONS if name not in ("camera", "turn") and texts[name]]
         if given:
             raise BadInput(
                 f"A calibration exported as json already states its {given[0]}.",
@@ -79,7 +90,9 @@ def import_file(
                 reason="bad-request",
             )
         checked = _checked(content, data)
-        mine = replace(checked, camera=options.camera or checked.camera)
+        mine = interchange.turned_as_stated(
+            replace(checked, camera=options.camera or checked.camera), options
+        )
         return store.calibrations.add(mine, by).to_json(), "calibrations"
     if interchange.is_lens(content):
         return store.lenses.add(interchange.lens_record_from_file(content, options)), "lenses"
@@ -101,7 +114,7 @@ def _import_options(texts: Mapping[str, str]) -> interchange.ImportOptions:
                 f"Send the name of an existing {name}.",
                 reason="bad-request",
             )
-    for name in ("rotate", "camera_id"):
+    for name in ("rotate", "camera_id", "turn"):
         if name in given:
             if not re.fullmatch(r"[0-9]{1,10}", given[name]):
                 raise BadInput(
@@ -110,6 +123,7 @@ def _import_options(texts: Mapping[str, str]) -> interchange.ImportOptions:
                     reason="bad-request",
                 )
             given[name] = int(given[name])
+    check_turn(given.get("turn", 0))
     if "image_size" in given:
         given["image_size"] = interchange.size_from_text(given["image_size"])
     return interchange.ImportOptions(**given)

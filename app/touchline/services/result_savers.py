@@ -4,8 +4,10 @@ Each gets what the job's function returned and what was given beside its spec, b
 result. It runs in one transaction with the job's end, so it does nothing but save.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 
+from touchline.core.errors import TouchlineError
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.services.container import Services
@@ -29,6 +31,17 @@ def calibrations(services: Services, result: JsonObject, about: JsonObject) -> J
             for record in result["made"]
         ]
     }
+
+
+def save_draft_of(store: Store, version: Calibration, by: str) -> None:
+    """Put what a version was made of into the draft of its picture: a version without it looks changed since.
+
+    Not where its picture is gone, or an operator has begun on it.
+    """
+    with suppress(TouchlineError):
+        draft = store.drafts.get(str(version.snapshot))
+        if not draft.body["observations"]:
+            store.drafts.save(draft.snapshot, version.draft(), draft.etag, by)
 
 
 def save_new_version(store: Store, calibration: Calibration, by: str) -> Calibration:

@@ -98,15 +98,19 @@ class SnapshotRepository(Repository):
         camera: str | None = None,
         purpose: str = "picture",
         name: str = "",
+        taken_at: str | None = None,
     ) -> Snapshot:
-        """Save a picture that images/ has decoded, format "png", "jpeg", "bmp" or "webp"; DiskFull without space."""
+        """Save a picture that images/ has decoded, format "png", "jpeg", "bmp" or "webp"; DiskFull without space.
+
+        taken_at: of a picture that was made of another one; else now.
+        """
         digest = hashlib.sha256(data).hexdigest()
         snapshot = Snapshot(
             new_id(),
             size.width,
             size.height,
             camera,
-            timestamp(self._clock),
+            taken_at or timestamp(self._clock),
             digest,
             format,
             purpose,

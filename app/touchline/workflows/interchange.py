@@ -18,6 +18,7 @@ from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize, inside_picture
 from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import IMPORTED
+from touchline.core.quarter_turn import QuarterTurn, turn_in_words
 from touchline.core.records import Calibration, Fit, Observations, Warning
 from touchline.core.statements import named, say, stated
 from touchline.evaluate.approximation import ApproximationError, approximation_error
@@ -34,6 +35,7 @@ from touchline.installation import __version__
 from touchline.models import model_of, parameters_json
 from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.workflows.calibration_request import CalibrationRequest
+from touchline.workflows.turning import turned_calibration
 
 EXACT_MM = 1e-6  # less is rounding
 NO_OPTIONS = dict.fromkeys(
@@ -70,6 +72,13 @@ class ImportOptions:
         None  # to fit to a table of points, or of a lens that the file does not state
     )
     entry: str | None = None  # the camera of a file with several
+    turn: int = 0  # by which the pictures were turned clockwise since the file; image_size is the one afterwards
+
+    @property
+    def size_in_file(self) -> ImageSize | None:
+        """Return the size of the pictures before they were turned."""
+        size = self.image_size  # the one before swaps likewise
+        return None if size is None else QuarterTurn(self.turn, size).size_after
 
 
 def export(
@@ -146,7 +155,7 @@ def read_file(
     if (settings := ssl_settings.league_file(document)) is not None:
         return settings.camera(entry)
     lens = options.model if options.model in LENSES_WITH_FISHEYE else None
-    return camera_file.camera_of(document, data, options.entry, lens, options.image_size)
+    return camera_file.camera_of(document, data, options.entry, lens, options.size_in_file)
 
 
 def calibration_from_file(
@@ -156,7 +165,7 @@ def calibration_from_file(
 ) -> Calibration:
     """Make a calibration of another program's file; points are fitted. The store gives its id and date."""
     if isinstance(found, CameraFile):
-        return _of_camera(found, options, fields)
+        return _of_camera(found.turned(options.turn, options.image_size), options, fields)
     if isinstance(found, AreaCorners):
         return _of_corners(found, options, fields)
     if options.field is None or options.region is None or options.image_size is None:
@@ -183,7 +192,7 @@ def calibration_from_file(
         )
     field = _known(fields, options.field)
     region = field.region(options.region, options.rotate)
-    return _fitted(found, field, region, options.image_size, options, POINTS)
+    return _fitted(found, field, region, required_size(options.size_in_file), options, POINTS)
 
 
 def _of_corners(
@@ -192,7 +201,7 @@ def _of_corners(
     """Make a calibration without a lens of the corners from which another program's calibration starts."""
     if options.field is None:
         raise _no_field()
-    size = required_size(options.image_size or found.image_size)
+    size = required_size(options.size_in_file or found.image_size)
     field = _known(fields, options.field)
     named = options.region
     region = found.region(field) if named is None else field.region(named, options.rotate)
@@ -213,7 +222,15 @@ def _fitted(
         points, field, region, size, options.model or model, camera=options.camera, note=note
     )
     request.check_names((request.model,))
-    return request.record(request.run())
+    return turned_as_stated(request.record(request.run()), options)
+
+
+def turned_as_stated(calibration: Calibration, options: ImportOptions) -> Calibration:
+    """Return a calibration for pictures that were turned since, as the caller states."""
+    if not options.turn:
+        return calibration
+    about = f"The file was {turn_in_words(options.turn)}."
+    return turned_calibration(calibration, options.turn, about)
 
 
 def _no_field() -> BadInput:
@@ -236,7 +253,7 @@ def is_lens(found: object) -> TypeGuard[CameraFile]:
 
 def lens_record_from_file(found: CameraFile, options: ImportOptions) -> dict[str, Any]:
     """Return a lens record like one from a board; its error is not known."""
-    lens = found.at_size(options.image_size)
+    lens = found.turned(options.turn, options.image_size).at_size(options.image_size)
     known = lens.lens()
     note = " ".join([f"Imported from {_program(found)}.", *lens.notes])
     return {

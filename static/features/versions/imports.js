@@ -7,7 +7,13 @@ import { t } from "../../core/words.js";
 import { newestPicture } from "./lens_choices.js";
 
 /** What is said beside a file; empty says nothing. */
-export const importOptions = signal({ camera: "", field: "", region: "", image_size: "" });
+export const importOptions = signal({
+  camera: "",
+  field: "",
+  region: "",
+  image_size: "",
+  turn: "",
+});
 /**
  * What became of the last file; choices: the answers to what it does not say, each of which reads it again.
  * @typedef {import("../../core/types").LensReading} LensReading

@@ -18,10 +18,13 @@ from tests.support.exported import (
 from tests.support.fields import seen
 from tests.support.paths import ROOT
 from touchline.core.errors import BadInput, Conflict, TouchlineError
+from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.fitting import FITTERS
 from touchline.formats import FORMATS
 from touchline.models import model_from_json
+from touchline.models import model_of as camera_of
 from touchline.store.fields import load_fields
 from touchline.workflows import interchange
 from touchline.workflows.interchange import ImportOptions
@@ -205,6 +208,47 @@ def test_another_size_of_the_same_shape_is_scaled_about_pixel_centres_and_said()
             found, ImportOptions(image_size=ImageSize(1280, 720)), field
         )
     assert refusal.value.reason == "size-mismatch"
+
+
+@pytest.mark.parametrize("turn", [90, 180, 270])
+@pytest.mark.parametrize("index", [1, 2])
+def test_a_file_from_before_the_pictures_were_turned_is_turned(index, turn):
+    model = replace(model_of("brown-conrady", index), aspect=1.03, centre_px=(610.0, 530.0))
+    found = interchange.read_file(interchange.export(of_model(model), "opencv").data)
+    fields = {"plain": field_from_json(of_model(model).field)}
+    quarter = QuarterTurn(turn, model.image_size)
+    back = interchange.calibration_from_file(found, ImportOptions(turn=turn), fields)
+    places = np.array([[-300.0, 200.0, 0.0], [900.0, -700.0, 150.0], [100.0, 800.0, 150.0]])
+    np.testing.assert_allclose(
+        camera_of(back).project(places), quarter.points(model.project(places)), atol=1e-6
+    )
+    assert back.image_size == quarter.size_after and "turned by" in back.note
+    # a file that does not state its size: the one that is stated is that of the pictures now
+    sizeless = replace(found, image_size=None)
+    for size, s in ((quarter.size_after, 1), (ImageSize(*(2 * n for n in quarter.size_after)), 2)):
+        wanted = ImportOptions(turn=turn, image_size=size)
+        lens = interchange.lens_record_from_file(found, wanted)["lens"]
+        assert lens["focal_px"] == pytest.approx(s * camera_of(back).focal_px)
+        assert ImageSize(**lens["image_size"]) == size
+        unscaled = interchange.lens_record_from_file(sizeless, wanted)["lens"]
+        assert unscaled["focal_px"] == pytest.approx(camera_of(back).focal_px)
+        assert ImageSize(**unscaled["image_size"]) == size
+    with pytest.raises(BadInput) as refusal:
+        interchange.lens_record_from_file(sizeless, ImportOptions(turn=turn))
+    assert refusal.value.reason == "no-image-size"
+
+
+def test_the_covered_area_of_a_turned_file_is_upright_in_its_pictures_now():
+    data = interchange.export(of_model(model_of("brown-conrady", 0)), "opencv").data
+    data = data.replace(b'"region": "full", "rotate": 0, ', b"")
+    found = {
+        turn: interchange.calibration_from_file(
+            interchange.read_file(data), ImportOptions(field="ssl-2008", turn=turn), FIELDS
+        ).rotate
+        for turn in (0, 90, 180, 270)
+    }
+    assert len({*found.values()}) == 4
+    assert [(found[turn] - found[0]) % 360 for turn in (90, 180, 270)] == [270, 180, 90]
 
 
 def test_what_is_said_beside_a_file_wins_over_what_stands_in_it():

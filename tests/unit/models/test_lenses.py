@@ -4,8 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
+from touchline.core.field import QUARTER_TURNS
+from touchline.core.geometry import ImageSize
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.models.lenses.brown_conrady import BrownConradyLens
-from touchline.models.lenses.division import DivisionLens
+from touchline.models.lenses.division import DivisionLens, EvenDivisionLens
 from touchline.models.lenses.kannala_brandt import KannalaBrandtLens
 from touchline.models.lenses.projection import smallest_root, stays_positive
 from touchline.models.lenses.ssl import SslLens
@@ -39,6 +42,21 @@ def test_undistort_is_the_inverse_of_distort(lens, terms):
     there = rays(200)
     back = lens.undistort(terms, lens.distort(terms, there))
     np.testing.assert_allclose(back[:, :2] / back[:, 2:], there[:, :2] / there[:, 2:], atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    "lens, terms",
+    [(lens, np.array(terms)) for lens, terms in [*CASES, (EvenDivisionLens, (-0.2, 0.02, -0.003))]],
+)
+def test_a_turned_ray_is_seen_in_the_turned_picture(lens, terms):
+    there = rays()
+    for turn_deg in QUARTER_TURNS:
+        turn = QuarterTurn(turn_deg, ImageSize(640, 480))
+        np.testing.assert_allclose(
+            lens.distort(lens.turned(terms, turn.matrix), there @ turn.about_axis.T),
+            lens.distort(terms, there) @ turn.matrix.T,
+            atol=1e-14,
+        )
 
 
 @every_lens

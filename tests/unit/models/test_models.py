@@ -1,6 +1,7 @@
 """The laws of camera models, over every example of every model in the table."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 from tests.support.examples import examples
 from tests.support.fields import grid, marks_seen, plain_field, seen
 from touchline.core.errors import BadInput, FitFailed, NotFound, TouchlineError
+from touchline.core.field import QUARTER_TURNS
 from touchline.core.geometry import ImageSize
 from touchline.core.options import Option, read_options
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.core.records import Observation
 from touchline.fitting import FITTERS
 from touchline.models import (
@@ -30,6 +33,20 @@ EXAMPLES = [
     for i, model in enumerate(examples(name))
 ]
 every_example = pytest.mark.parametrize("model", EXAMPLES)
+every_turnable = pytest.mark.parametrize(
+    "model",
+    [
+        *EXAMPLES,
+        *(  # pixels that are not square, and a centre out of the middle, tell a wrong turn from a right one
+            pytest.param(
+                replace(model, aspect=1.04, centre_px=(600.0, 540.0)), id=f"{name}-{i}-askew"
+            )
+            for name in MODELS
+            if issubclass(MODELS[name], RayModel)
+            for i, model in enumerate(examples(name))
+        ),
+    ],
+)
 every_fitted_model = pytest.mark.parametrize(
     "model_class", [pytest.param(MODELS[n], id=n) for n in FITTERS]
 )
@@ -73,6 +90,13 @@ def own_options(model) -> dict:
         "w_max_rectangle_px": model.width_px / model.n_rectangles_x,
         "h_max_rectangle_px": model.height_px / model.n_rectangles_y,
     }
+
+
+def raw_grid(model):
+    """Return pixels (9, 12, 2) over the whole raw picture, its corners too."""
+    width, height = model.image_size
+    x, y = np.linspace(-0.5, width - 0.5, 12), np.linspace(-0.5, height - 0.5, 9)
+    return np.stack(np.meshgrid(x, y), axis=-1)
 
 
 def corrected_grid(model):
@@ -236,6 +260,79 @@ def test_a_scaled_image_gives_the_scaled_model(model):
         field_from_raw(small, raw),
         atol=0.02 if isinstance(model, RayModel) else 1e-5,
     )
+
+
+@every_turnable
+@pytest.mark.parametrize("turn_deg", QUARTER_TURNS)
+def test_a_turned_pixel_of_the_turned_model_is_the_same_place(model, turn_deg):
+    turned, turn = model.turned(turn_deg), QuarterTurn(turn_deg, model.image_size)
+    pixels = raw_grid(model)
+    x, y = pixels[..., 0], pixels[..., 1]
+    width, height = model.image_size
+    there = {
+        0: (x, y),
+        90: (height - 1 - y, x),
+        180: (width - 1 - x, height - 1 - y),
+        270: (y, width - 1 - x),
+    }[turn_deg]
+    turned_pixels = np.stack(there, axis=-1)
+    np.testing.assert_array_equal(turn.points(pixels), turned_pixels)
+    assert turned.image_size == (ImageSize(height, width) if turn_deg % 180 else model.image_size)
+    places = field_from_raw(model, pixels)
+    assert np.isfinite(places).all(axis=-1).mean() > 0.5
+    # far places lie near the horizon, where rounding in the picture counts for more
+    np.testing.assert_allclose(field_from_raw(turned, turned_pixels), places, rtol=1e-10, atol=1e-6)
+    # out to where the reach of a model ends
+    around = grid(3.7 * width, 3.7 * height, 60, 60) - 1.35 * np.array([width, height])
+    np.testing.assert_array_equal(
+        np.isnan(field_from_raw(turned, turn.points(around))),
+        np.isnan(field_from_raw(model, around)),
+    )
+    if isinstance(model, RayModel):
+        np.testing.assert_allclose(
+            turned.unproject(turned_pixels, 150.0),
+            model.unproject(pixels, 150.0),
+            rtol=1e-10,
+            atol=1e-6,
+        )
+    assert model_from_json(turned.NAME, json.loads(json.dumps(parameters_json(turned)))) == turned
+
+
+@every_turnable
+@pytest.mark.parametrize("turn_deg", QUARTER_TURNS)
+def test_a_turned_model_draws_the_same_corrected_picture(model, turn_deg):
+    turned, corrected = model.turned(turn_deg), corrected_grid(model)
+    assert (turned.region, turned.corrected_size) == (model.region, model.corrected_size)
+    raw = QuarterTurn(turn_deg, model.image_size).points(model.raw_from_corrected(corrected))
+    np.testing.assert_allclose(turned.raw_from_corrected(corrected), raw, atol=1e-8)
+    by_grid = turned.raw_from_corrected_grid(corrected[0, :, 0], corrected[:, :1, 1])
+    np.testing.assert_allclose(np.stack(by_grid, axis=-1), raw, atol=1e-8)
+
+
+@every_turnable
+def test_four_quarter_turns_are_none(model):
+    around = model
+    for _ in range(4):
+        around = around.turned(90)
+    pixels = raw_grid(model)
+    assert around.image_size == model.image_size
+    np.testing.assert_allclose(
+        field_from_raw(around, pixels), field_from_raw(model, pixels), rtol=1e-10, atol=1e-6
+    )
+    as_numbers = json.dumps(parameters_json(model)), json.dumps(parameters_json(around))
+    first, second = (np.array(re.findall(r"-?[0-9][0-9.e+-]*", text), float) for text in as_numbers)
+    np.testing.assert_allclose(second, first, rtol=1e-9, atol=1e-12)
+
+
+def test_a_model_turns_by_quarters_alone():
+    for name in MODELS:
+        with pytest.raises(BadInput, match="45") as refusal:
+            examples(name)[0].turned(45)
+        assert refusal.value.reason == "bad-turn"
+    turned = parameters_json(examples("polynomial")[0].turned(90))
+    for wrong in (45, -90, 90.5, "90", True, None):
+        with pytest.raises(BadInput):
+            model_from_json("polynomial", {**turned, "turn_deg": wrong})
 
 
 @every_fitted_model

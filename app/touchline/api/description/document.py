@@ -230,6 +230,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         }
     ),
     "test_camera": _json({"source": "v4l2:///dev/video0"}),
+    "turn_calibration": _json({"turn": 180}),
     "transform_points": _json(
         {"from": "image", "to": "field", "points": [[100.0, 100.0], [200.0, 150.0]], "z_mm": 0.0}
     ),

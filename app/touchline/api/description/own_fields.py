@@ -34,10 +34,11 @@ FORM_PARTS = {  # of multipart bodies, beside the file
     "camera_id": "the camera's number in a file of several cameras",
     "entry": "the camera of a file with several, by its name in the file",
     "field": "name of the field, where the file does not say it",
-    "image_size": "WIDTHxHEIGHT of the camera's images, px, where the file does not say it",
+    "image_size": "WIDTHxHEIGHT of the camera's images now, px, where the file does not say it",
     "model": "name of the camera model, where the file does not say it",
     "region": "part of the field that the camera sees",
     "rotate": "by how much the region is turned clockwise in the corrected image, degrees",
+    "turn": "by how much images were turned clockwise since the file was made: 90, 180 or 270",
 }
 OWN_FIELDS = {
     "ActiveVersion": {"id": "id of the version", "verdict": "the verdict of its report"},

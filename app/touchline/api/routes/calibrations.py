@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Request
 from pydantic import Field
@@ -41,6 +41,7 @@ from touchline.api.schemas import (
     upload,
 )
 from touchline.core.errors import TouchlineError
+from touchline.core.jobs import Progress
 from touchline.core.records import Calibration
 from touchline.formats.document import MAX_FILE_BYTES
 from touchline.services.answer_cache import CachedAnswer
@@ -50,6 +51,7 @@ from touchline.services.fit_processes import FEW_POINTS
 from touchline.services.forms import Name, Note, Strict
 from touchline.services.import_file import OPTIONS, import_file
 from touchline.services.result_savers import save_new_version
+from touchline.services.turned_version import save_turned_version
 from touchline.store.calibrations import NOTHING_ACTIVE, FoundVersion, version_etag
 from touchline.store.store import Store
 from touchline.workflows.calibration_request import (
@@ -85,6 +87,12 @@ Formats = response("Formats", items=list_of(Format))
 
 class NoteChange(Strict):
     note: Note
+
+
+class TurnRequest(Strict):
+    """How the images of a camera are turned since a version was made."""
+
+    turn: Literal[90, 180, 270] = Field(description="clockwise, degrees")
 
 
 class ActivationRequest(Strict):
@@ -324,6 +332,24 @@ async def activate_calibration(
     despite = [] if body is None else body.despite
     return _version_json(
         await activate(services, id, by, if_match, despite, request.is_disconnected)
+    )
+
+
+@router.post("/{id}/turned", status_code=201, response_model=schemas.Calibration)
+async def turn_calibration(
+    request: Request, services: ServicesDep, by: OperatorDep, id: Id, body: TurnRequest
+) -> Json:
+    """Save a new version for images that are turned since: exact, with the points, the image and the lens turned.
+
+    The corrected image and every error in mm are those of the former version, its `parent`. It is not activated.
+    """
+    before = await services.run_in_thread(services.store.calibrations.get, id)
+
+    def save(_: Progress) -> Calibration:
+        return save_turned_version(services, id, body.turn, by)
+
+    return _created(
+        await services.process_picture(before.image_size, save, request.is_disconnected)
     )
 
 

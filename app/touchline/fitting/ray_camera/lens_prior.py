@@ -20,12 +20,14 @@ import numpy as np
 
 from touchline.core.errors import BadInput
 from touchline.core.geometry import Array, ImageSize
+from touchline.core.quarter_turn import QuarterTurn
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.models import model_from_json
 from touchline.models.distortion import LINE_LENSES, Distortion
 from touchline.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
 from touchline.models.lenses import Lens
 from touchline.models.ray_camera import RayCamera
+from touchline.models.turned_covariance import turned_covariance
 
 MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every direction
 # and so much of the focal length's: lenses that bend alike lie on a curve, which is a line nearby
@@ -232,12 +234,24 @@ class DistortionEstimate:
     names: tuple[str, ...]
     covariance: Array
 
+    @property
+    def image_size(self) -> ImageSize:
+        return self.distortion.image_size
+
     def to_json(self) -> dict[str, Any]:
         return {
             **self.distortion.to_json(),
             "names": list(self.names),
             "covariance": self.covariance.tolist(),
         }
+
+    def turned(self, turn_deg: int) -> Self:
+        """Return the same lens for its picture turned clockwise, with what is known of it; exact."""
+        turn = QuarterTurn(turn_deg, self.image_size)
+        known = turned_covariance(
+            self.names, self.covariance, turn, self.distortion.lens.VECTORS, aspect=1.0
+        )
+        return type(self)(self.distortion.turned(turn_deg), *known)
 
     @classmethod
     def from_json(cls, value: Any) -> Self:

@@ -17,6 +17,8 @@ class Lens(Protocol):
     TERMS: ClassVar[tuple[str, ...]]
     # of the radius, that each term grows with: 2 for k1 of x (1 + k1 r²)
     POWERS: ClassVar[tuple[int, ...]]
+    # pairs of terms that are x and y of one vector in the picture, which turns with it
+    VECTORS: ClassVar[tuple[tuple[str, str], ...]]
 
     @classmethod
     def power(cls, name: str) -> int:
@@ -29,6 +31,10 @@ class Lens(Protocol):
     @classmethod
     def rescaled(cls, terms: Array, step: Array, log_scale: float) -> Array:
         """Return terms + step to first order, for a focal length e^log_scale as long: see PowerTerms."""
+
+    @classmethod
+    def turned(cls, terms: Array, rotation: Array) -> Array:
+        """Return the terms of the same lens in a turned picture: distort(turned, R ray) = R distort(terms, ray)."""
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

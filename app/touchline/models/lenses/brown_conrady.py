@@ -31,6 +31,8 @@ NEWTON_STEPS = 50  # five are usual; near the horizon a few more
 class BrownConradyLens(PowerTerms):
     TERMS: ClassVar[tuple[str, ...]] = TERMS
     POWERS: ClassVar[tuple[int, ...]] = (2, 4, 1, 1, 6, 2, 4, 6)
+    # the tangential part is 2 (t · x) x + r² t with t = (p2, p1)
+    VECTORS: ClassVar[tuple[tuple[str, str], ...]] = (("p2", "p1"),)
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

@@ -18,6 +18,9 @@ class PowerTerms:
 
     TERMS: ClassVar[tuple[str, ...]]
     POWERS: ClassVar[tuple[int, ...]]
+    VECTORS: ClassVar[
+        tuple[tuple[str, str], ...]
+    ] = ()  # a radial lens looks the same after any turn
 
     @classmethod
     def power(cls, name: str) -> int:
@@ -40,6 +43,15 @@ class PowerTerms:
         powers = np.array(cls.POWERS)
         scale = np.exp(powers * log_scale)
         return terms * scale, np.diag(scale), powers * terms * scale
+
+    @classmethod
+    def turned(cls, terms: Array, rotation: Array) -> Array:
+        """Return the terms of the same lens in a turned picture; rotation (2, 2)."""
+        found = np.array(terms, float)
+        for pair in cls.VECTORS:
+            places = [cls.TERMS.index(name) for name in pair]
+            found[places] = rotation @ found[places]
+        return found
 
 
 def pinhole(rays: Array) -> Array:

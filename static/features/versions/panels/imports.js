@@ -7,11 +7,12 @@ import { reportAddress } from "../../report/address.js";
 import { activateCalibration } from "../activate.js";
 import { LensChoices } from "./lens_choices.js";
 import { ACCEPTED, importFile, importMessage, importOptions, imported } from "../imports.js";
+import { TURNS } from "../turning.js";
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 export function ImportPage() {
-  const { camera, field, region, image_size } = importOptions.value,
+  const { camera, field, region, image_size, turn } = importOptions.value,
     // what can be stated in the form, and not by a button alone
     isAsked = imported.value?.choices.some(({ stated }) => !stated.entry),
     regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
@@ -99,6 +100,21 @@ export function ImportPage() {
             value=${image_size}
             onInput=${(/** @type {Changed} */ e) => setOption({ image_size: e.target.value.trim() })}
           />
+        </label>
+        <label>
+          ${t("versions.import.turn")}${" "}
+          <select
+            data-testid="import-turn"
+            value=${turn}
+            onChange=${(/** @type {Changed} */ e) => setOption({ turn: e.target.value })}
+          >
+            <option value="">${t("versions.import.not-turned")}</option>
+            ${TURNS.map(
+              ({ degrees, label }) => html`<option key=${degrees} value=${degrees}>
+              ${label}
+            </option>`,
+            )}
+          </select>
         </label>
       </div>
     </details>

@@ -26,6 +26,7 @@ import {
 import { changesInWords } from "../outdated.js";
 import { ExportMenu } from "./exports.js";
 import { Outdated } from "./outdated.js";
+import { TurnMenu } from "./turning.js";
 import { VersionChange } from "./version_change.js";
 
 /** @typedef {import("../types").VersionRecord} Kept */
@@ -201,6 +202,7 @@ function Version({ it, before }) {
         ${t("versions.list.delete")}
       </button>
     </div>
+    <${TurnMenu} it=${it} />
     <${ExportMenu} it=${it} />
   </li>`;
 }

@@ -234,6 +234,8 @@ export default {
   "stale.publishing": "Jemand anderes hat die Einstellungen zum Veröffentlichen geändert, seit Sie sie geöffnet haben.",
   "stale.rolls": "Jemand anderes hat diese Läufe geändert, seit Sie sie geöffnet haben.",
   "stale.version": "Jemand anderes hat diese Version geändert, seit Sie sie geöffnet haben.",
+  "turn.not-quarter": "Ein Bild lässt sich nicht um {degrees}° drehen.",
+  "turn.quarters": "Verwenden Sie 90, 180 oder 270, im Uhrzeigersinn.",
   "upload.no-file": "Es wurde keine Datei gesendet.",
   "upload.smaller": "Senden Sie ein kleineres Bild.",
   "upload.too-large": "Die Datei hat mehr als {most_mb} MB.",
