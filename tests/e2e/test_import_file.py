@@ -100,6 +100,48 @@ def test_what_a_file_does_not_say_is_asked_for_where_it_was_refused(server, page
     assert newest["model"] == "fisheye"
 
 
+def test_every_camera_of_a_chain_is_imported_by_one_press(server, page):
+    lens = "camera_model: pinhole, distortion_model: equidistant, distortion_coeffs: [0.1, 0, 0, 0]"
+    chain = "".join(
+        f"cam{i}: {{{lens}, intrinsics: [{350 + i}, 351, 640, 480], resolution: [1280, 960]}}\n"
+        for i in range(3)
+    )
+    before = len(server.api("GET", "/lenses").json()["items"])
+    start(page, server)
+    page.get_by_test_id("import-file").set_input_files(file_of("chain.yaml", chain.encode()))
+    page.get_by_role("button", name=t("versions.import.every-camera"), exact=True).click()
+
+    def lenses():
+        return server.api("GET", "/lenses").json()["items"]
+
+    until(lambda: len(lenses()) == before + 3)
+    newest = [server.api("GET", f"/lenses/{it['id']}").json() for it in lenses()[:3]]
+    assert {it["lens"]["focal_px"] for it in newest} == {350, 351, 352}
+
+
+def test_a_field_that_a_file_lacks_is_selected_and_the_file_read_again(server, page, camera):
+    """The corners of a config.yml, over a field that is chosen when it is asked for."""
+    config = {
+        "cam_id": 1,
+        "camera": {"driver": "OPENCV", "width": 1280, "height": 960},
+        "geometry": {
+            "camera_amount": 2,
+            "line_corners": [[100, 850], [90, 80], [1180, 90], [1190, 870]],
+        },
+    }
+    start(page, server)
+    page.get_by_test_id("import-file").set_input_files(
+        file_of("config.yml", json.dumps(config).encode())
+    )
+    again = page.get_by_test_id("import-choice")
+    expect(again).to_have_text(t("versions.import.read-again"), timeout=LONG_MS)
+    page.get_by_test_id("import-field").select_option("ssl-div-b")
+    again.click()
+    expect(page.get_by_test_id("imported")).to_contain_text("config.yml", timeout=LONG_MS)
+    newest = server.api("GET", "/calibrations?limit=1").json()["items"][0]
+    assert (newest["region"], newest["model"]["name"]) == ("half-right", "homography")
+
+
 NUMBERS = {"fx": 400, "fy": 396, "cx": 322, "cy": 238, "D": [0.05, 0.012, -0.004, 0.0006]}
 SIZED = {**NUMBERS, "width": 640, "height": 480}
 

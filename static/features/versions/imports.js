@@ -17,7 +17,7 @@ export const importOptions = signal({
 /**
  * What became of the last file; choices: the answers to what it does not say, each of which reads it again.
  * @typedef {import("../../core/types").LensReading} LensReading
- * @typedef {{ label: string, stated: Record<string, string>, lens?: LensReading }} Choice
+ * @typedef {{ label: string, stated: Record<string, string>, lens?: LensReading, entries?: string[] }} Choice
  * @typedef {{ name: string, kept: Kept | null, why: import("../../core/types").Refusal | null, choices: Choice[],
  * choose: (choice: Choice) => void }} Outcome
  */
@@ -51,14 +51,14 @@ export const isCalibrationFile = (file) =>
 
 /** By the refusal's reason. @param {import("../../core/types").Refusal} why @returns {Promise<Choice[]>} */
 async function choicesOf({ reason, entries = [], lenses = [] }) {
-  if (reason === "several-cameras")
-    return entries.map((entry) => ({ label: entry, stated: { entry } }));
+  if (reason === "several-cameras") return choicesOfCameras(entries);
   if (reason === "unstated-lens")
     return lenses.map((lens) => ({
       label: t(`versions.import.lens.${lens.model}`),
       stated: { model: lens.model },
       lens,
     }));
+  if (reason === "no-field") return [{ label: t("versions.import.read-again"), stated: {} }];
   if (reason !== "no-image-size") return [];
   const { camera } = importOptions.value,
     seen = await newestPicture(camera).catch(() => null);
@@ -67,6 +67,17 @@ async function choicesOf({ reason, entries = [], lenses = [] }) {
     { label: t("versions.import.read-again"), stated: {} },
   ];
 }
+
+/** Each alone, and all where none is for a certain camera. @param {string[]} entries @returns {Choice[]} */
+const choicesOfCameras = (entries) => [
+  ...entries.map((entry) => ({
+    label: /^\d+$/.test(entry) ? t("versions.import.camera-number", { number: entry }) : entry,
+    stated: { entry },
+  })),
+  ...(importOptions.value.camera
+    ? []
+    : [{ label: t("versions.import.every-camera"), stated: {}, entries }]),
+];
 
 /** @param {import("../../core/types").Snapshot} picture @returns {Choice} */
 const choiceOfSize = ({ width, height, camera }) => ({
@@ -96,8 +107,7 @@ export async function importFile(file, stated = {}) {
     kept: null,
     why: null,
     choices: [],
-    choose: (/** @type {Choice} */ choice) =>
-      void importFile(file, { ...stated, ...choice.stated }),
+    choose: (/** @type {Choice} */ choice) => void importChosen(file, stated, choice),
   };
   try {
     const answer = await request("POST", "/calibrations/import", { body });
@@ -121,6 +131,17 @@ export async function importFile(file, stated = {}) {
     else notify({ level: "warn", text, fix, about: ABOUT });
   } finally {
     busy.value = "";
+  }
+}
+
+/**
+ * Read a file again as it was chosen: one camera, or each until one is refused.
+ * @param {Blob & { name?: string }} file @param {Record<string, string>} before @param {Choice} choice
+ */
+async function importChosen(file, before, { stated, entries }) {
+  for (const one of entries ? entries.map((entry) => ({ entry })) : [{}]) {
+    await importFile(file, { ...before, ...stated, ...one });
+    if (!imported.value?.kept) return;
   }
 }
 

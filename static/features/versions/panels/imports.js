@@ -14,7 +14,7 @@ import { TURNS } from "../turning.js";
 export function ImportPage() {
   const { camera, field, region, image_size, turn } = importOptions.value,
     // what can be stated in the form, and not by a button alone
-    isAsked = imported.value?.choices.some(({ stated }) => !stated.entry),
+    isAsked = imported.value?.choices.some(({ stated, entries }) => !stated.entry && !entries),
     regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   /** @param {Partial<typeof importOptions.value>} more */
   const setOption = (more) => {
