@@ -171,7 +171,9 @@ BEYOND = {
 def test_a_lens_beyond_measure_still_draws_a_picture(standing, name):
     snapshot = kept(standing, gradient(640, 480))
     for image in ({}, {"snapshot": snapshot}):
-        answer = standing.post(f"{PICTURE}.jpg?width=64", json={"lens": {**GOOD, **BEYOND[name]}, **image})
+        answer = standing.post(
+            f"{PICTURE}.jpg?width=64", json={"lens": {**GOOD, **BEYOND[name]}, **image}
+        )
         if answer.status_code != 200:
             refusal(answer, 422)
 
