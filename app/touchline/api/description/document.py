@@ -165,6 +165,19 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "detect_calibration": _json({"snapshot": ID}),
     "detect_objects": _json(STAGES),
     "draw_detections": _json(STAGES),
+    "draw_lens": _json(
+        {
+            "snapshot": ID,
+            "lens": {
+                "model": "fisheye",
+                "terms": [0.05, 0.012, -0.004, 0.0006],
+                "focal_px": 412.5,
+                "aspect": 1.0,
+                "centre_px": [639.5, 511.5],
+                "image_size": {"width": 1280, "height": 1024},
+            },
+        }
+    ),
     "evaluate_rolls": _json({"camera": "north", "make": "report"}),
     "find_epipolar_lines": _json(
         {
