@@ -49,8 +49,8 @@ SENTENCES: dict[Way, Sentence] = {
 }
 FIX = say(
     "orientation.fix",
-    "Turn the camera back, or switch off the mirroring. If it is to stay like this, calibrate "
-    "it again from the current image.",
+    "Turn the camera back, or switch off the mirroring. If the image is to stay like this, use Turn… at the "
+    "version where only the image was turned; otherwise calibrate the camera again from the current image.",
 )
 FLIPS: dict[str, tuple[Way, tuple[int, int]]] = {
     "turned": ("turned", (-1, -1)),

@@ -59,7 +59,7 @@ export default {
   "drift.steady": "Keine Bewegung erkannt ({px} px, {mm} mm).",
   "drift.unfollowed": "Zu wenige Feldlinien liegen an ihrer kalibrierten Position. Eine Bewegung der Kamera kann nicht erkannt werden.",
   "drift.unfollowed.fix": "Kalibrieren Sie sie mit einem Bild, das die Feldlinien zeigt.",
-  "orientation.fix": "Drehen Sie die Kamera zurück, oder schalten Sie die Spiegelung aus. Wenn sie so bleiben soll, kalibrieren Sie sie mit dem aktuellen Bild erneut.",
+  "orientation.fix": "Drehen Sie die Kamera zurück, oder schalten Sie die Spiegelung aus. Wenn das Bild so bleiben soll, verwenden Sie „Drehen…“ bei der Version, falls nur das Bild gedreht wurde; sonst kalibrieren Sie die Kamera mit dem aktuellen Bild erneut.",
   "orientation.mirrored": "Das Bild ist gegenüber dem Kalibrierbild gespiegelt: Die Linien passen, aber was zwischen und neben ihnen liegt, ist auf der anderen Seite.",
   "orientation.turned": "Das Bild ist gegenüber dem Kalibrierbild um 180° gedreht: Die Linien passen, aber was zwischen und neben ihnen liegt, ist auf der anderen Seite.",
   "own.poor": "{camera} war schon bei der Kalibrierung nicht genau genug.",
