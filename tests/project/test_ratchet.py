@@ -17,10 +17,10 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 502_500,
-    "files": 359,
+    "tokens": 517_000,
+    "files": 370,
     "untyped dictionaries": 450,
-    "modules with one importer": 52,
+    "modules with one importer": 56,
     "breaks": 0,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here

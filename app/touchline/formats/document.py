@@ -4,18 +4,24 @@ Mappings, lists, numbers and text. Nothing is evaluated, no reference is followe
 and depth: any file may have been made to harm.
 """
 
+import io
 import json
+import math
 import re
+import struct
 import tomllib
+import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 from xml.parsers import expat
 
+import numpy as np
+
 from touchline.core.errors import BadInput
 from touchline.core.json_values import JsonObject
 from touchline.core.strict_yaml import MAX_BYTES, MAX_DEPTH, texts_from_yaml
-from touchline.formats.npz_arrays import MAGIC, arrays_of
 from touchline.formats.numbers import format_error
 
 MAX_FILE_BYTES = 64 << 20  # with the pictures of its board
@@ -39,10 +45,30 @@ NOT_READ = {
     b"\x89HDF": ("an HDF5 file", "JSON or YAML"),
     b"\x93NUMPY": ("one array without a name", "npz, with its matrix and coefficients"),
 }
+# of an .npz, a zip of .npy members: a member begins with type, order and shape, as Python writes them
+NPZ = b"PK\x03\x04"
+MAX_MEMBERS = 256
+MAX_MEMBER_BYTES = 1 << 14  # a camera's numbers have 200
+MAX_VALUES = 1000
+NPY = re.compile(
+    rb"\x93NUMPY(?:\x01\x00..|[\x02\x03]\x00....)"
+    rb"\{'descr': '([<>|=]?(?:f[248]|[iu][1248]))', 'fortran_order': (True|False), "
+    rb"'shape': \(((?:[0-9]{1,4}(?:, ?[0-9]{1,4}){0,3})?),?\), ?\}\s*\n",
+    re.DOTALL,
+)
+DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    OSError,
+    OverflowError,
+    RuntimeError,
+    ValueError,
+)
+UNPACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # as numpy packs
 SPACE = b" \t\r\n"
-MAX_PLAIN_BYTES = (
-    2 << 20
-)  # of XML and JSON: ssl-vision's settings with samples of colours have 0.4 MB
+MAX_PLAIN_BYTES = 2 << 20  # of XML and JSON; ssl-vision's settings have 0.4 MB
 VAR, VAR_NAME = "Var", "name"  # the elements of ssl-vision's settings, and what they are called by
 
 
@@ -62,8 +88,8 @@ class FileContent:
 
 def parse(data: bytes) -> FileContent:
     """Return a file's content; BadInput where it is not well formed, or of bytes that are not read."""
-    if data.startswith(MAGIC):
-        return FileContent("npz", (arrays_of(data),))
+    if data.startswith(NPZ):
+        return FileContent("npz", (_from_npz(data),))
     for start, (kind, instead) in NOT_READ.items():
         if data.startswith(start):
             raise format_error(f"The file is {kind}, which is not read.", f"Save it as {instead}.")
@@ -229,3 +255,42 @@ def _from_xml(data: bytes) -> JsonObject:
         raise BadInput("The file is empty.", "Send the whole file.", reason="bad-calibration")
     name, value = reader.root
     return {name: value}
+
+
+def _from_npz(data: bytes) -> JsonObject:
+    """Return the numbers of each array of an .npz by name, as nested lists; nothing in it is run.
+
+    Members that are not plain numbers (lists of objects, text) and large ones are passed over.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as members:
+            found = members.infolist()
+            if len(found) > MAX_MEMBERS:
+                raise format_error(
+                    f"The file has {len(found)} arrays. The limit is {MAX_MEMBERS}.",
+                    "Save the camera's matrix and coefficients alone.",
+                )
+            read = {one.filename.removesuffix(".npy"): _npy_member(members, one) for one in found}
+    except DAMAGED as error:
+        raise format_error(
+            f"The file is not a whole npz: {str(error)[:80]}.", "Save it again."
+        ) from None
+    return {name: value for name, value in read.items() if value is not None}
+
+
+def _npy_member(members: zipfile.ZipFile, one: zipfile.ZipInfo) -> Any:
+    """Return an array's numbers; None where it is not one of numbers, or large."""
+    if one.file_size > MAX_MEMBER_BYTES or one.compress_type not in UNPACKED:
+        return None
+    with members.open(one) as file:
+        data = file.read(MAX_MEMBER_BYTES + 1)
+    header = NPY.match(data)
+    if header is None:
+        return None
+    kind, by_columns, shape = header[1].decode(), header[2] == b"True", header[3].decode()
+    sides = tuple(int(side) for side in shape.split(",") if side.strip())
+    dtype, numbers = np.dtype(kind), data[header.end() :]
+    if math.prod(sides) > MAX_VALUES or len(numbers) != math.prod(sides) * dtype.itemsize:
+        return None
+    values = np.frombuffer(numbers, dtype).reshape(sides, order="F" if by_columns else "C")
+    return values.tolist()

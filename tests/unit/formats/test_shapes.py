@@ -5,6 +5,7 @@ Or refused with what the file is and what is missing; none is read as another le
 
 import io
 import json
+import zipfile
 
 import numpy as np
 import pytest
@@ -85,6 +86,16 @@ def depthai(terms, kind=0):
 def npz(**arrays: np.ndarray) -> bytes:
     file = io.BytesIO()
     np.savez_compressed(file, **arrays)
+    return file.getvalue()
+
+
+def packed(kind: bytes, how: int = zipfile.ZIP_STORED) -> bytes:
+    """A matrix of a type, as numpy would save it."""
+    head = b"{'descr': '%b', 'fortran_order': False, 'shape': (3, 3), }" % kind
+    head = head.ljust(117) + b"\n"
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", how) as out:
+        out.writestr("K.npy", b"\x93NUMPY\x01\x00\x76\x00" + head + np.array(ROWS).tobytes())
     return file.getvalue()
 
 
@@ -681,6 +692,12 @@ REFUSED = {
     "Python's objects": (b"\x80\x04\x95\x10", "bad-calibration", "is a dump of Python objects"),
     "MATLAB's own": (b"MATLAB 5.0 MAT-file, Platform", "bad-calibration", "is a MAT file"),
     "a cut npz": (npz(K=np.array(ROWS))[:-30], "bad-calibration", "not a whole npz"),
+    "an npz of no known type": (
+        packed(b"<f1"),
+        "unknown-file",
+        "no camera",
+    ),
+    "an npz packed otherwise": (packed(b"<f8", zipfile.ZIP_LZMA), "unknown-file", "no camera"),
     "an npz of objects": (npz(K=np.array([ROWS, None], object)), "unknown-file", "no camera"),
     "our own remap table": (npz(raw_x=np.zeros((4, 4))), "unknown-file", "A remap table"),
     "BoofCV, universal": (
