@@ -96,6 +96,10 @@ def stated_camera(
     for name, part in names.find(("binningx", "binningy", "roi")):
         if _is_applied(part):
             notes.append(f"{name} was not applied: the lens is that of the whole image.")
+    if names.has("tcncnm1"):
+        notes.append(
+            "The transformation from the camera before it was not used: a rig's cameras are joined by their field."
+        )
     return StatedCamera(
         program,
         lens or assumed,

@@ -15,7 +15,7 @@ from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.json_values import PointJson, PointsJson, SizeJson, nullable, nullable_points
 from touchline.core.records import Fit, Observations
 from touchline.core.sentences import CALIBRATE_THIS_SIZE, other_image_size
-from touchline.core.statements import Stated, stated
+from touchline.core.statements import Stated, say, stated
 from touchline.evaluate import residuals
 from touchline.evaluate.cross_validation import held_out_mm
 from touchline.evaluate.difference import (
@@ -194,8 +194,8 @@ def difference(one: CameraModel, other: CameraModel, region: Region) -> Differen
     """How far two calibrations of one picture are apart over the region, in mm and px, as plain JSON."""
     if tuple(one.image_size) != tuple(other.image_size):
         raise Conflict(
-            "The two calibrations are for images of different sizes.",
-            "Compare calibrations of one camera at one resolution.",
+            say("difference.sizes", "The two calibrations are for images of different sizes."),
+            say("difference.sizes.fix", "Compare calibrations of one camera at one resolution."),
             reason="size-mismatch",
         )
     return difference_report(one, other, region)

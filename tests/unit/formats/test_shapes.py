@@ -823,6 +823,10 @@ def test_what_cannot_be_read_is_named(shape):
         ),
         (yaml(f"K: {{{K}}}"), "The file states no distortion"),
         (
+            KALIBR + "  T_cn_cnm1:\n  - [1, 0, 0, 0.1]\n",
+            "The transformation from the camera before it",
+        ),
+        (
             yaml(
                 "camera_name: c", f"camera_matrix: {{{K}}}", f"distortion_coefficients: {{{FOUR}}}"
             ),

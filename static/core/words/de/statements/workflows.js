@@ -83,6 +83,8 @@ export default {
   "detection.smaller-image": "Verwenden Sie ein Bild mit höchstens {most_megapixels} Millionen Pixeln, oder verringern Sie die Auflösung der Kamera.",
   "detection.unknown-stage": "Der Plan dieser Kamera hat keine Stufe „{stage}“.",
   "detection.use-calibration": "Aktivieren oder wählen Sie eine Kalibrierung, oder verwenden Sie das Rohbild.",
+  "difference.sizes": "Die beiden Kalibrierungen gelten für Bilder verschiedener Größe.",
+  "difference.sizes.fix": "Vergleichen Sie Kalibrierungen einer Kamera in einer Auflösung.",
   "event.activated": "Version {version} aktiviert: {camera}.",
   "event.activated-despite": "Version {version} von {camera} wurde aktiviert. Bekannte Probleme: {problems}.",
   "event.back": "{camera} ist wieder da.",
