@@ -163,10 +163,9 @@ def choose_file(page, numbers):
 
 def expect_pictures(page, *, drawn):
     """One above each button, 320 px wide, and not the same."""
-    pictures = page.get_by_test_id("lens-picture")
+    pictures = page.locator(f"[data-testid=lens-picture][data-drawn={drawn}]")
     expect(pictures).to_have_count(2, timeout=LONG_MS)
     for picture in pictures.all():
-        expect(picture).to_have_attribute("data-drawn", drawn, timeout=LONG_MS)
         expect(picture).to_have_js_property("naturalWidth", 320)
     first, second = (picture.bounding_box() for picture in pictures.all())
     assert first["width"] == second["width"] == 320 and first["y"] == second["y"]

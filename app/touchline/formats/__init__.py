@@ -14,8 +14,9 @@ A format is a value, FORMAT, with words about it and these functions:
 
 To add one: write formats/NAME.py, add its line to FORMATS, and make its golden files (tests/golden/make.py). The
 tests walk the table. Camera formats are only written here: camera_file.py reads them and those of many other programs,
-by document.py (the syntax) and stated_camera.py (the names), and has what writers share; approximation.py holds the
-metadata that a format has no place for, numbers.py strict numbers in text.
+by document.py (the syntax), program_forms.py (forms of their own), camera_names.py and stated_camera.py (the names and
+numbers) and other_lenses.py (lenses that Touchline has not); ssl_settings.py reads ssl-vision's settings as
+league_file.py has them. approximation.py holds the metadata that a format has no place for, numbers.py strict numbers.
 """
 
 from collections.abc import Callable, Mapping
