@@ -147,7 +147,7 @@ def test_a_number_can_be_given_and_a_packet_with_several_wants_one():
         500.0,
         500.0,
     )
-    with pytest.raises(Conflict, match="no camera 4"):
+    with pytest.raises(Conflict, match="no camera called '4'"):
         interchange.read_file(encode(both), interchange.ImportOptions(camera_id=4))
 
 
