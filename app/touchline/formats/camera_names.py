@@ -8,8 +8,9 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from touchline.core.errors import BadInput
+from touchline.core.geometry import ImageSize
 from touchline.core.json_values import JsonObject
-from touchline.formats.numbers import format_error
+from touchline.formats.numbers import checked_size, format_error, numbers
 
 MATRIX = [
     "cameramatrix",
@@ -73,6 +74,7 @@ LENS = [
     "model",
 ]
 IS_FISHEYE = ["fisheyemodel", "fisheye", "isfisheye"]
+MIN_INHERITED_PX = 64  # less is a board's size, in squares
 # what may be a lens's numbers under a name that is not read
 UNREAD = re.compile(
     r".*distort.*|dist.?c.*|.*coef.*|radial.*|tangential.*|kc|xi|mirror.*|params?|parameters|alpha|beta|"
@@ -175,3 +177,32 @@ def other_lens(at: str, value: Any) -> BadInput:
         f"{at} is {str(value)[:40]!r}: there is no such lens here.",
         "Calibrate with plumb_bob (radtan), rational_polynomial or equidistant.",
     )
+
+
+def size_of(names: Names, at: str) -> ImageSize | None:
+    width, height = names.first(*WIDTH), names.first(*HEIGHT)
+    if width is not None or height is not None:
+        for found, name in ((width, "image_width"), (height, "image_height")):
+            if found is None:
+                raise format_error(f"{at[:-1] or 'The file'} has no {name}.", f"Add {name}.")
+        assert width is not None and height is not None
+        return checked_size(width[1], height[1])
+    found = names.first(*SIZE)
+    if found is None:
+        return None
+    if isinstance(found[1], dict):
+        short = {"w": "width", "h": "height"}
+        part = {short.get(str(key), str(key)): side for key, side in found[1].items()}
+        return size_of(Names(part), f"{at}{found[0]}.")
+    return checked_size(*numbers(found[1], at + found[0], (2,)))
+
+
+def size_in(value: JsonObject) -> JsonObject:
+    """Return what states the image size in a mapping; nothing where it is none, as a board's."""
+    try:
+        found = size_of(Names(value), "")
+    except BadInput:
+        return {}
+    if found is None or min(found) < MIN_INHERITED_PX:
+        return {}
+    return {key: part for key, part in value.items() if plain(key) in (*WIDTH, *HEIGHT, *SIZE)}

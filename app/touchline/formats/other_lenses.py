@@ -19,7 +19,7 @@ import numpy as np
 
 from touchline.core.geometry import Array, ImageSize
 from touchline.core.json_values import JsonObject
-from touchline.formats.camera_names import LENS, MATRIX, TERMS, Names, is_matrix, plain
+from touchline.formats.camera_names import LENS, MATRIX, TERMS, Names, is_matrix, plain, size_of
 from touchline.formats.numbers import flat_numbers, format_error, number, numbers
 from touchline.formats.program_forms import in_usual_names
 from touchline.formats.stated_camera import (
@@ -27,7 +27,6 @@ from touchline.formats.stated_camera import (
     extrinsics,
     focal_and_centre,
     pair,
-    size_of,
 )
 
 WIDEST_RAD = np.radians(95.0)  # what a fisheye is fitted to at most

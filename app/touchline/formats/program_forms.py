@@ -1,16 +1,30 @@
-"""Programs whose files are read, and the forms of their own (MATLAB, VINS, COLMAP, BoofCV, …) in the usual names."""
+"""Programs whose files are read: the cameras in a file, and forms of their own (MATLAB, VINS, …) in the usual names."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
 
 from touchline.core.json_values import JsonObject
 from touchline.formats.camera_names import (
+    INHERITED,
     MATRIX,
+    UNREAD,
     Names,
     has_numbers,
     is_matrix,
     other_lens,
+    plain,
+    size_in,
     stated_lens,
 )
+from touchline.formats.document import FileContent
 from touchline.formats.numbers import format_error, numbers
 
+MAX_LEVELS = 6  # down to a camera
+MAX_CAMERAS = 256
+# of a stereo pair in one mapping: M1 and D1, cameraMatrixLeft, cam_0_matrix
+AFTER = re.compile(r"(.+?)([0-9]{1,3}|left|right|l|r)")
+BEFORE = re.compile(r"(left|right|cam(?:era)?[0-9]{1,3})(.+)")
 WHOLE = ("distortion", "distortionparameters", "distortioncoefficients", "distcoeffs", "d")
 # COLMAP's models: our lens, and what their parameters are called
 COLMAP = {
@@ -192,3 +206,108 @@ def _paired(names: Names, at: str, part: str, keys: tuple[str, ...]) -> JsonObje
     if (found := names.first(part)) is None:
         return {}
     return dict(zip(keys, numbers(found[1], at + found[0], (2, len(keys))), strict=False))
+
+
+def cameras_in(document: FileContent) -> dict[str, tuple[str, JsonObject]]:
+    """Return the cameras of a file by name, "" for a file that is one: the program, and the mapping of its numbers."""
+    found: dict[str, tuple[str, JsonObject]] = {}
+    for content in document.contents:
+        for name, program, value in _cameras(content, document.syntax, "", 0):
+            alike = {key: part for key, part in value.items() if key != "header"}
+            if any(
+                alike == {k: v for k, v in known.items() if k != "header"}
+                for _, known in found.values()
+            ):
+                continue  # a topic's messages are the same again and again
+            if len(found) == MAX_CAMERAS:
+                raise format_error(
+                    f"The file contains more than {MAX_CAMERAS} cameras.", "Use a file with fewer."
+                )
+            found[name if name not in found else f"{name or 'camera'} ({len(found) + 1})"] = (
+                program,
+                value,
+            )
+    return found
+
+
+def _cameras(
+    value: Any, syntax: str, name: str, level: int
+) -> Iterator[tuple[str, str, JsonObject]]:
+    if level > MAX_LEVELS or not isinstance(value, (dict, list)):
+        return
+    if isinstance(value, list):
+        for i, part in enumerate(value):
+            if isinstance(part, dict) or (isinstance(part, list) and dict in map(type, part)):
+                yield from _cameras(part, syntax, f"{name}[{i}]", level + 1)
+        return
+    value = _with_dots_as_levels(value)
+    program = program_of(value, syntax)
+    if program is not None:
+        yield name, program, value
+        return
+    pairs = _by_affix(value)
+    for affix, part in pairs.items():
+        yield affix, "opencv", part
+    inherited = {key: part for key, part in value.items() if _is_of_what_is_below(key, part)}
+    size = size_in(value)
+    for key, part in value.items() if not pairs else ():
+        if isinstance(part, dict):
+            about = inherited | ({"fisheye": True} if "fisheye" in plain(key) else {})
+            part = {k: v for k, v in about.items() if k != key} | _of_size(part, size)
+        elif isinstance(part, list):
+            part = [_of_size(one, size) if isinstance(one, dict) else one for one in part]
+        yield from _cameras(part, syntax, _below(name, str(key)), level + 1)
+
+
+def _of_size(part: JsonObject, size: JsonObject) -> JsonObject:
+    """Return a mapping with the size that is stated one level up, where it states none itself."""
+    return part if size_in(part) else size | part
+
+
+def _is_of_what_is_below(key: str, part: Any) -> bool:
+    """Whether it says what the lens of a camera one level down is, or may: a name, coefficients, or neither."""
+    return plain(key) in INHERITED or (UNREAD.fullmatch(plain(key)) is not None and bool(part))
+
+
+def _below(name: str, key: str) -> str:
+    """Return a name a level down; what every such file has between is left out."""
+    if key in ("ros__parameters", "opencv_storage"):
+        return name
+    return f"{name}.{key}" if name else key[:64]
+
+
+def _with_dots_as_levels(value: JsonObject) -> JsonObject:
+    """Return ORB-SLAM's Camera.fx as {"Camera": {"fx": …}}; what its first camera says holds for Camera1 as well."""
+    nested: JsonObject = {}
+    for key, part in value.items():
+        head, dot, tail = str(key).partition(".")
+        if dot and head.startswith("Camera"):
+            nested.setdefault(head, {"orb_slam": "1"})[tail] = part
+    if not nested:
+        return dict(value)
+    first = nested.get("Camera", {})
+    if len(nested) > 1 and "fx" not in first:
+        nested.pop("Camera", None)
+    common = {key: first[key] for key in ("type", "width", "height") if key in first}
+    return {name: common | part for name, part in nested.items()}
+
+
+def _by_affix(value: JsonObject) -> dict[str, JsonObject]:
+    """Return the cameras of one mapping whose names differ by what stands before or after: M1 and D1, M2 and D2."""
+    groups: dict[str, JsonObject] = {}
+    shared: JsonObject = {}
+    for key, part in value.items():
+        name = plain(key)
+        if (found := AFTER.fullmatch(name)) is not None:
+            base, affix = found.groups()
+        elif (found := BEFORE.fullmatch(name)) is not None:
+            affix, base = found.groups()
+        else:
+            shared[key] = part
+            continue
+        groups.setdefault(affix, {})[base] = part
+    return {
+        affix: shared | part
+        for affix, part in groups.items()
+        if any(is_matrix(found) for _, found in Names(part).find(MATRIX))
+    }

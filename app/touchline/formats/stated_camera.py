@@ -7,27 +7,23 @@ into these names first (program_forms.py).
 from dataclasses import dataclass
 from typing import Any
 
-from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
 from touchline.core.json_values import JsonObject
 from touchline.formats.camera_names import (
     ALWAYS_UNREAD,
-    HEIGHT,
     LENS,
     MATRIX,
-    SIZE,
     TERMS,
     UNREAD,
-    WIDTH,
     Names,
     has_numbers,
     is_matrix,
     plain,
+    size_of,
     stated_lens,
 )
 from touchline.formats.numbers import (
     camera_matrix,
-    checked_size,
     flat_numbers,
     format_error,
     number,
@@ -38,7 +34,6 @@ from touchline.models.lenses.brown_conrady import TERMS as BROWN_TERMS
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 
 MRCAL_COUNTS = {"OPENCV4": 4, "OPENCV5": 5, "OPENCV8": 8, "OPENCV12": 12}
-MIN_INHERITED_PX = 64  # less is a board's size, in squares
 COUNTS = (0, 4, 5, 8, 12, 14)  # of coefficients in a list, as OpenCV has it
 
 
@@ -186,35 +181,6 @@ def _named_terms(names: Names, lens: str | None, at: str) -> tuple[float, ...]:
     # radial terms alone, of a lens that is not stated, may be a fisheye's: as many as that has
     is_brown = lens == "brown-conrady" or "p1" in given
     return tuple(given.get(name, 0.0) for name in (BROWN_TERMS if is_brown else FISHEYE_TERMS))
-
-
-def size_of(names: Names, at: str) -> ImageSize | None:
-    width, height = names.first(*WIDTH), names.first(*HEIGHT)
-    if width is not None or height is not None:
-        for found, name in ((width, "image_width"), (height, "image_height")):
-            if found is None:
-                raise format_error(f"{at[:-1] or 'The file'} has no {name}.", f"Add {name}.")
-        assert width is not None and height is not None
-        return checked_size(width[1], height[1])
-    found = names.first(*SIZE)
-    if found is None:
-        return None
-    if isinstance(found[1], dict):
-        short = {"w": "width", "h": "height"}
-        part = {short.get(str(key), str(key)): side for key, side in found[1].items()}
-        return size_of(Names(part), f"{at}{found[0]}.")
-    return checked_size(*numbers(found[1], at + found[0], (2,)))
-
-
-def size_in(value: JsonObject) -> JsonObject:
-    """Return what states the image size in a mapping; nothing where it is none, as a board's."""
-    try:
-        found = size_of(Names(value), "")
-    except BadInput:
-        return {}
-    if found is None or min(found) < MIN_INHERITED_PX:
-        return {}
-    return {key: part for key, part in value.items() if plain(key) in (*WIDTH, *HEIGHT, *SIZE)}
 
 
 def extrinsics(names: Names) -> tuple[float, ...] | None:
