@@ -110,16 +110,16 @@ def write_calibration(path: Path, calibration: Calibration) -> None:
 
 def read_lens_option(path: Path) -> dict[str, Any]:
     """Read the lens of a file that board, motion or calibrate wrote, as a fit's option."""
-    data = read_bytes(path, MAX_JSON_BYTES)
-    value = strict_json(data, str(path))
-    if isinstance(value, dict) and value.get("format") == LENS_FORMAT:
-        # from straight lines: no focal length
-        if isinstance(value.get("lens"), dict) and "unit" in value["lens"]:
-            bent = DistortionEstimate.from_json(value["lens"])
-            return {"name": bent.distortion.name, "lens": bent.to_json()}
-        lens = Intrinsics.from_json(value.get("lens"))
-        return {"name": lens.model, "lens": lens.to_json()}
-    return json_file.read(data).lens_option()
+    record = read_lens_record(path)
+    if record is None:
+        return read_calibration(path).lens_option()
+    given = record.get("lens")
+    # from straight lines: no focal length
+    if isinstance(given, dict) and "unit" in given:
+        bent = DistortionEstimate.from_json(given)
+        return {"name": bent.distortion.name, "lens": bent.to_json()}
+    lens = Intrinsics.from_json(given)
+    return {"name": lens.model, "lens": lens.to_json()}
 
 
 def read_lens_record(path: Path) -> JsonObject | None:

@@ -93,6 +93,8 @@ LENS_NAMES = {
         r"equi(distant)?|(opencv)?fisheye|(distortion)?kannalabrandt(4|8)?|kb(4|8)?"
     ),
 }
+# of a lens whose coefficients say what it is
+PLAIN_LENSES = re.compile(r"(simple)?(pinhole|radial)|perspective")
 OTHER_LENSES = re.compile(
     r"(lensmodel|distortion)?"
     r"(omni(directional)?(universal|radtan)?|universalomni|mei|ds|doublesphere|eucm|ucm|fov|"
@@ -170,6 +172,12 @@ def has_numbers(value: Any) -> bool:
         return float(value) != 0
     except (TypeError, ValueError):
         return False
+
+
+def is_read(value: str) -> bool:
+    """Whether a program's name of a lens is one of those that are read."""
+    known = (PLAIN_LENSES, *LENS_NAMES.values())
+    return any(called.fullmatch(plain(value)) for called in known)
 
 
 def other_lens(at: str, value: Any) -> BadInput:

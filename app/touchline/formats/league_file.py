@@ -57,24 +57,22 @@ class Markings:
     penalty: bool = True
     centre_circle: bool = True
 
-    def lines(self, sent: SSL_GeometryFieldSize) -> list[SSL_FieldLineSegment]:
-        return [*self._lines(sent)]
-
     def arcs(self, sent: SSL_GeometryFieldSize, width_mm: float) -> list[SSL_FieldCircularArc]:
         if not self.centre_circle:
             return []
-        circle = SSL_FieldCircularArc(
-            name="CenterCircle",
-            center=Vector2f(x=0, y=0),
-            radius=sent.center_circle_radius,
-            a1=0,
-            a2=FULL_CIRCLE_RAD,
-            thickness=width_mm,
-            type="CenterCircle",
-        )
-        return [circle]
+        return [
+            SSL_FieldCircularArc(
+                name="CenterCircle",
+                center=Vector2f(x=0, y=0),
+                radius=sent.center_circle_radius,
+                a1=0,
+                a2=FULL_CIRCLE_RAD,
+                thickness=width_mm,
+                type="CenterCircle",
+            )
+        ]
 
-    def _lines(self, sent: SSL_GeometryFieldSize) -> Iterator[SSL_FieldLineSegment]:
+    def lines(self, sent: SSL_GeometryFieldSize) -> Iterator[SSL_FieldLineSegment]:
         x, y = sent.field_length / 2, sent.field_width / 2
         x_area, y_area = x - sent.penalty_area_depth, sent.penalty_area_width / 2
 

@@ -19,7 +19,16 @@ import numpy as np
 
 from touchline.core.geometry import Array, ImageSize
 from touchline.core.json_values import JsonObject
-from touchline.formats.camera_names import LENS, MATRIX, TERMS, Names, is_matrix, plain, size_of
+from touchline.formats.camera_names import (
+    LENS,
+    LENS_NAMES,
+    MATRIX,
+    TERMS,
+    Names,
+    is_matrix,
+    plain,
+    size_of,
+)
 from touchline.formats.numbers import flat_numbers, format_error, number, numbers
 from touchline.formats.program_forms import in_usual_names
 from touchline.formats.stated_camera import (
@@ -27,6 +36,7 @@ from touchline.formats.stated_camera import (
     extrinsics,
     focal_and_centre,
     pair,
+    refuse_unread,
 )
 
 WIDEST_RAD = np.radians(95.0)  # what a fisheye is fitted to at most
@@ -34,7 +44,7 @@ UNKNOWN_SIZE_RAD = np.radians(75.0)
 STEPS = 400
 MAX_ERROR_PX = 0.5
 FISHEYE_TERMS = 4
-NINE = 9  # of a matrix in a row
+MATRICES = (3, 9)  # lists that are one, and no parameters
 LISTING = ("kalibr", "mrcal")  # programs that list parameters, focal lengths and centre
 LISTED = ("k1", "k2", "p1", "p2")  # one by one
 
@@ -116,6 +126,12 @@ def stated_as_fisheye(
         raise format_error(
             f"The file states its lens: {lens.title}.", "Choose none. From a program, omit model."
         )
+    if any(map(LENS_NAMES["fisheye"].fullmatch, stated)):
+        raise format_error(
+            f"{at[:-1] or 'The file'} states two lenses: {lens.title} and a fisheye.",
+            "Correct the file.",
+        )
+    refuse_unread(names, at, is_complete=True, read=lens.parameters)
     parameters, focal, centre = _numbers(names, lens, program, at)
     size = size_of(names, at)
     radius_px = None if size is None else _reach_px(size, centre)
@@ -152,7 +168,7 @@ def _numbers(
     given: list[float] = []
     if found is None:
         focal, centre = pair(names, at, "fx", "fy"), pair(names, at, "cx", "cy")
-    elif isinstance(found[1], list) and (program in LISTING or _are_numbers(found[1])):
+    elif isinstance(found[1], list) and (program in LISTING or len(found[1]) not in MATRICES):
         *given, fx, fy, cx, cy = numbers(found[1], at + found[0], {4, 4 + len(wanted)})
         focal, centre = (fx, fy), (cx, cy)
     else:
@@ -175,11 +191,6 @@ def _numbers(
             "Calibrate with radtan or equidistant.",
         )
     return tuple(given), focal, centre
-
-
-def _are_numbers(values: list[object]) -> bool:
-    """Whether a list is parameters, focal lengths and centre, and no matrix."""
-    return len(values) != NINE and not any(isinstance(part, list) for part in values)
 
 
 def _coefficients(names: Names, at: str) -> list[float]:

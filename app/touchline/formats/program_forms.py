@@ -50,7 +50,20 @@ VINS_FISHEYE = {
 }
 VINS_OMNI = {"gamma1": "fx", "gamma2": "fy", "u0": "cx", "v0": "cy"}
 NERFSTUDIO = {"fl_x": "fx", "fl_y": "fy", "w": "width", "h": "height"}
-DEPTHAI = {"0": "pinhole-radial-tangential", "1": "fisheye"}  # its numbers of lenses
+# DepthAI's numbers of lenses
+DEPTHAI = {
+    "0": "pinhole-radial-tangential",
+    "1": "fisheye",
+    "2": "equirectangular",
+    "3": "radialdivision",
+}
+# under which name a program states its lens, where it has others than we read
+OWN_LENS = {
+    "nerfstudio": "cameramodel",
+    "boofcv": "model",
+    "okvis": "distortiontype",
+    "depthai": "cameratype",
+}
 # by what stands in them: programs whose files are read, and the lens that they assume where none is stated
 PROGRAMS = {
     "opencv": ("OpenCV", None),
@@ -97,7 +110,7 @@ def program_of(value: JsonObject, syntax: str) -> str | None:
         return "mrcal"
     if has("cameraintrinsics"):
         return "photonvision"
-    if has("distortioncoeff") and has("lensposition", "spechfovdeg"):
+    if has("distortioncoeff") and has("cameratype", "lensposition", "spechfovdeg"):
         return "depthai"
     if isinstance(matrices[0], list) and len(matrices[0]) != 9 and has("intrinsics"):
         return "kalibr" if not isinstance(matrices[0][0], list) else "opencv"
@@ -136,7 +149,7 @@ def in_usual_names(
         focal = _paired(names, at, "focallength", ("fx", "fy"))
         return {**value, **focal, **_paired(names, at, "principalpoint", ("cx", "cy"))}, None, 0.0
     if program == "depthai" and (number_of := names.first("cameratype")) is not None:
-        return {**value, number_of[0]: DEPTHAI.get(str(number_of[1]), number_of[1])}, None, 0.0
+        return {**value, number_of[0]: DEPTHAI.get(str(number_of[1]), str(number_of[1]))}, None, 0.0
     if program == "vins":
         parts = [
             part
@@ -174,6 +187,8 @@ def _without_whole(value: JsonObject, names: Names) -> JsonObject:
 def _of_boofcv(value: JsonObject, at: str) -> JsonObject:
     """Return BoofCV's pinhole and radial_tangential, a list with t1 and t2, in usual names."""
     usual: JsonObject = {key: part for key, part in value.items() if not isinstance(part, dict)}
+    if stated_lens(Names(usual), at) == "fisheye":  # with other terms than ours
+        raise other_lens(f"{at}model", value.get("model"))
     usual |= value["pinhole"]
     if isinstance(lens := value.get("radial_tangential"), dict):
         given = lens.get("radial")

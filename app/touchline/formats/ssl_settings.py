@@ -50,6 +50,10 @@ DIMENSIONS: dict[str, tuple[str, int | None]] = {
 BOUNDARIES = ("Boundary Width Touch Line", "Boundary Width")
 GOAL_BOUNDARY = "Boundary Width Goal Line"
 SHAPES = frozenset(SSL_FieldShapeType.keys())
+SSL_NUMBERS = (
+    *("focal length", "principal point x", "principal point y", "distortion"),
+    *("q0", "q1", "q2", "q3", "tx", "ty", "tz"),
+)
 USES_OPENCV = "use openCV camera model"
 BEGINS = {
     "q0": 0.7,
@@ -180,15 +184,8 @@ def _camera(calibrator: JsonObject, at: str, field: Field) -> CameraFile:
     if isinstance(parameters, dict) and parameters.get(USES_OPENCV) == "true":
         return _opencv_camera(parameters, at, size, field)
 
-    def values(*names: str) -> tuple[float, ...]:
-        return tuple(_number(parameters, name, at) for name in names)
-
-    focal, x, y, distortion = values(
-        "focal length", "principal point x", "principal point y", "distortion"
-    )
-    pose = pose_from_quaternion(
-        np.array(values("q0", "q1", "q2", "q3")), np.array(values("tx", "ty", "tz"))
-    )
+    focal, x, y, distortion, *rest = (_number(parameters, name, at) for name in SSL_NUMBERS)
+    pose = pose_from_quaternion(np.array(rest[:4]), np.array(rest[4:]))
     return CameraFile(
         FILE, "ssl", (distortion,), (focal, focal), (x, y), size, pose=pose, field=field
     )

@@ -4,6 +4,7 @@ One table of names serves all programs (camera_names.py); what has a form of its
 into these names first (program_forms.py).
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,8 @@ from touchline.formats.camera_names import (
     Names,
     has_numbers,
     is_matrix,
+    is_read,
+    other_lens,
     plain,
     size_of,
     stated_lens,
@@ -29,7 +32,7 @@ from touchline.formats.numbers import (
     number,
     numbers,
 )
-from touchline.formats.program_forms import PROGRAMS, in_usual_names
+from touchline.formats.program_forms import OWN_LENS, PROGRAMS, in_usual_names
 from touchline.models.lenses.brown_conrady import TERMS as BROWN_TERMS
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 
@@ -64,6 +67,9 @@ def stated_camera(
     notes: list[str] = []
     value, lens, offset_px = in_usual_names(value, program, at)
     names = Names(value)
+    own = names.first(OWN_LENS.get(program, ""))
+    if own is not None and not is_read(str(own[1])):
+        raise other_lens(at + own[0], own[1])
     lens = lens or stated_lens(names, at)
     if given is not None and lens is not None and given != lens:
         raise format_error(
@@ -81,9 +87,11 @@ def stated_camera(
         numbers(found and found[1], f"{at}intrinsics", (4 + count,))
     assumed = PROGRAMS[program][1]
     terms = _terms(names, lens or assumed, more, at)
-    _refuse_unread(names, at, is_complete=bool(terms) or program in ("matlab", "colmap", "vins"))
+    refuse_unread(names, at, is_complete=bool(terms) or program in ("matlab", "colmap", "vins"))
     if not terms and not _says_none(names):
         notes.append("The file states no distortion.")
+    if not terms and lens == "fisheye":
+        terms = (0.0,) * len(FISHEYE_TERMS)
     if lens is None and len(terms) != 4:  # a fisheye has four
         lens = "brown-conrady"
     if lens is None and assumed is not None and any(terms):
@@ -138,10 +146,15 @@ def _says_none(names: Names) -> bool:
     return any(plain(value) in ("none", "lensmodelpinhole") for _, value in names.find(LENS))
 
 
-def _refuse_unread(names: Names, at: str, is_complete: bool) -> None:
-    """BadInput where a name that is not read may have the lens's numbers. is_complete: it has terms already."""
+def refuse_unread(names: Names, at: str, is_complete: bool, read: Collection[str] = ()) -> None:
+    """BadInput where a name that is not read may have the lens's numbers.
+
+    is_complete: it has terms already. read: names that this lens has and others have not.
+    """
     for name, key in names.keys.items():
-        if name not in ALWAYS_UNREAD and (is_complete or not UNREAD.fullmatch(name)):
+        if name in read or (
+            name not in ALWAYS_UNREAD and (is_complete or not UNREAD.fullmatch(name))
+        ):
             continue
         if has_numbers(next(names.find((name,)))[1]):
             raise format_error(
@@ -176,7 +189,7 @@ def _named_terms(names: Names, lens: str | None, at: str) -> tuple[float, ...]:
     }
     if lens == "fisheye" and (given.get("p1") or given.get("p2")):
         raise format_error(f"{at}p1 is not a coefficient of a fisheye.", "Correct the file.")
-    if not given and lens != "fisheye":
+    if not given:
         return ()
     # radial terms alone, of a lens that is not stated, may be a fisheye's: as many as that has
     is_brown = lens == "brown-conrady" or "p1" in given

@@ -42,6 +42,7 @@ OPTIONAL = {
     "centercircle": "centre_circle",
     "penalty": "penalty",
 }
+BORDERS = {"TopTouchLine", "BottomTouchLine", "LeftGoalLine", "RightGoalLine"}
 OF_OPTIONAL = ("optional_field_lines", "default_lines")
 NETWORK = ("vision_ip", "vision_port")  # where it sends, which is not of the field
 NAME, TITLE = "vision-processor", "vision-processor geometry"
@@ -111,11 +112,7 @@ def geometry(field: Field, cameras: Iterable[SSL_GeometryCameraCalibration] = ()
         if not sent.HasField(name):
             setattr(sent, name, otherwise)
     optional = {name: _has(sent, member) for name, member in OPTIONAL.items()}
-    made = SSL_GeometryFieldSize()
-    made.CopyFrom(sent)
-    del made.field_lines[:], made.field_arcs[:]
-    own = SSL_GeometryFieldSize()
-    own.CopyFrom(made)
+    made, own = _bare(sent), _bare(sent)
     _add(made, Markings(**{member: optional[name] for name, member in OPTIONAL.items()}))
     called = {line.name for line in sent.field_lines}
     if elsewhere := [name for name in markings_alone(made, sent) if name in called]:
@@ -135,13 +132,17 @@ def geometry(field: Field, cameras: Iterable[SSL_GeometryCameraCalibration] = ()
 
 def _has(sent: SSL_GeometryFieldSize, member: str) -> bool:
     """Whether the field has all that the publisher makes for this entry."""
-    borders, made = SSL_GeometryFieldSize(), SSL_GeometryFieldSize()
-    for one, chosen in ((borders, ()), (made, (member,))):
-        one.CopyFrom(sent)
-        del one.field_lines[:], one.field_arcs[:]
-        _add(one, Markings(**{name: name in chosen for name in OPTIONAL.values()}))
-    wanted = markings_alone(made, borders)
-    return not set(wanted) & set(markings_alone(made, sent))
+    made = _bare(sent)
+    _add(made, Markings(**{name: name == member for name in OPTIONAL.values()}))
+    return set(markings_alone(made, sent)) <= BORDERS
+
+
+def _bare(sent: SSL_GeometryFieldSize) -> SSL_GeometryFieldSize:
+    """Return a field's dimensions without its markings."""
+    bare = SSL_GeometryFieldSize()
+    bare.CopyFrom(sent)
+    del bare.field_lines[:], bare.field_arcs[:]
+    return bare
 
 
 def _add(sent: SSL_GeometryFieldSize, markings: Markings) -> None:

@@ -29,7 +29,6 @@ HALVES_PICTURES = (
     "SPINNAKER",
     "MVIMPACT",
 )  # drivers whose corners may be of pictures of half the size
-TITLE = "vision-processor config"
 
 
 @dataclass(frozen=True)
@@ -183,7 +182,7 @@ def _camera_id(field: Field, region: Region) -> tuple[int, int]:
 
 
 FORMAT = Format(
-    TITLE,
+    "vision-processor config",
     "application/yaml",
     ".config.yml",
     "Camera number, height and corners, with which vision-processor starts its own calibration.",

@@ -328,7 +328,7 @@ def test_a_region_that_is_not_known_is_told_from_what_the_camera_sees():
         ),
         (OPENCV.replace("camera_matrix:", "X1:"), "no camera"),
         (OPENCV.replace("!!opencv-matrix", "!!map/x"), "tag"),
-        (KALIBR.replace("pinhole", "omni"), "no xi"),
+        (KALIBR.replace("pinhole", "omni"), "two lenses"),
         (KALIBR.replace("equidistant", "fov"), "no w"),
         (KALIBR + KALIBR.replace("cam0", "cam1"), "2 cameras"),
         (KALIBR.replace("[752, 480]", "[752]"), "1 number"),

@@ -147,6 +147,8 @@ def test_a_lens_that_is_not_known_to_be_round_is_refused():
         (kalibr("ds", "-0.2, 1.58, "), "alpha is 1.58"),
         (kalibr("ds", "-0.2, "), "intrinsics has 5 numbers"),
         (kalibr("omni"), "no xi"),
+        (kalibr("omni", "0.8, ", "equidistant", "0.1, 0.01, 0, 0"), "two lenses"),
+        (MEI.replace("xi: 0.9", "xi: 0.9, skew: 1"), "skew is not read"),
         (kalibr("eucm", "0.6, -1, "), "beta is -1"),
         (kalibr("pinhole", distortion="fov", terms="9"), "w is 9"),
         (kalibr("omni", "0.8, ", "radtan", "-0.9, 2.2, 0.0, 0.0"), "the nearest differs by"),

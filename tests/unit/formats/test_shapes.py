@@ -639,7 +639,7 @@ REFUSED = {
         "bad-calibration",
         "two lenses",
     ),
-    "S21 omni": (KALIBR.replace("pinhole", "omni"), "bad-calibration", "cam0 has no xi"),
+    "S21 omni": (KALIBR.replace("pinhole", "omni"), "bad-calibration", "states two lenses"),
     "S21 stereographic": (
         MRCAL.replace("OPENCV5", "STEREOGRAPHIC"),
         "bad-calibration",
@@ -683,6 +683,36 @@ REFUSED = {
         NERFSTUDIO.replace('"OPENCV"', '"OPENCV", "k4": 0.001'),
         "bad-calibration",
         "k4 is of r⁸",
+    ),
+    "nerfstudio, another lens": (
+        NERFSTUDIO.replace('"OPENCV"', '"EQUIRECTANGULAR"'),
+        "bad-calibration",
+        "EQUIRECTANGULAR",
+    ),
+    "DepthAI, another lens": (
+        json.dumps(depthai(TERMS, kind=2)),
+        "bad-calibration",
+        "equirectangular",
+    ),
+    "DepthAI without its angle of view": (
+        json.dumps({"cameraType": 1, "distortionCoeff": [*TERMS], "intrinsicMatrix": ROWS}),
+        "bad-calibration",
+        "A fisheye lens has 4",
+    ),
+    "OKVIS, another lens": (
+        OKVIS.replace("radialtangential", "fisheye62"),
+        "bad-calibration",
+        "fisheye62",
+    ),
+    "BoofCV, Kannala and Brandt": (
+        BOOFCV.format(skew=0).replace("pinhole_radial_tangential", "kannala_brandt"),
+        "bad-calibration",
+        "kannala_brandt",
+    ),
+    "a fisheye's coefficients under an unknown name": (
+        yaml(f"K: {{{K}}}", "distortion_model: equidistant", f"radial: {[*FISHEYE]}"),
+        "bad-calibration",
+        "radial is not read",
     ),
     "DepthAI with a thin prism": (
         json.dumps(depthai([*TERMS, 0, 0, 0, 0.01, 0, 0, 0, 0, 0])),
@@ -822,6 +852,7 @@ def test_what_cannot_be_read_is_named(shape):
             "states its size as height and width",
         ),
         (yaml(f"K: {{{K}}}"), "The file states no distortion"),
+        (yaml(f"K: {{{K}}}", "distortion_model: equidistant"), "The file states no distortion"),
         (
             KALIBR + "  T_cn_cnm1:\n  - [1, 0, 0, 0.1]\n",
             "The transformation from the camera before it",
