@@ -17,7 +17,6 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
     Vector2f,
 )
 
-FULL_CIRCLE_RAD = 6.283185  # as the league's programs write it
 BALL_MODELS = "The file's ball models were not read."
 
 
@@ -66,7 +65,7 @@ class Markings:
                 center=Vector2f(x=0, y=0),
                 radius=sent.center_circle_radius,
                 a1=0,
-                a2=FULL_CIRCLE_RAD,
+                a2=6.283185,  # as the league's programs write it
                 thickness=width_mm,
                 type="CenterCircle",
             )

@@ -33,7 +33,6 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
 
 FILE = "ssl-vision-settings"
 ROOT = "VarXML"
-HEAD_BYTES = 1024
 MAX_CAMERAS = 8
 # the message's names: the settings' and, of those that older programs lack, what counts without them
 DIMENSIONS: dict[str, tuple[str, int | None]] = {
@@ -64,7 +63,7 @@ BEGINS = {
 
 
 def recognises(data: bytes) -> bool:
-    return b"<VarXML" in data[:HEAD_BYTES]
+    return b"<VarXML" in data[:1024]
 
 
 def league_file(document: FileContent) -> LeagueFile | None:
