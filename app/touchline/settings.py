@@ -103,7 +103,8 @@ class PublishSettings:
 
     enabled: send geometry. absorb: listen to the group. interval_s: between packets. limit_mm: a camera that
     teams would receive with a larger expected error is sent once that was approved. pass_on: send another publisher's
-    field and ball models as they came.
+    field, ball models and cameras as they came. listen_first_s: how long to listen for others before the first packet,
+    after publishing was switched on.
     """
 
     enabled: bool = False
@@ -115,24 +116,26 @@ class PublishSettings:
     interval_s: float = 3.0
     limit_mm: float = 30.0
     pass_on: bool = True
+    listen_first_s: float = 4.0
 
     def __post_init__(self) -> None:
         _ = self.address  # which checks its parts
-        if not MIN_INTERVAL_S <= self.interval_s <= MAX_INTERVAL_S:
-            raise BadInput(
-                say(
-                    "publishing.bad-interval",
-                    "{interval_s:g} s is not a valid interval.",
-                    interval_s=self.interval_s,
-                ),
-                say(
-                    "publishing.interval-range",
-                    "Give {least_s:g} to {most_s:g} seconds.",
-                    least_s=MIN_INTERVAL_S,
-                    most_s=MAX_INTERVAL_S,
-                ),
-                reason="bad-interval",
-            )
+        for given_s, least_s in ((self.interval_s, MIN_INTERVAL_S), (self.listen_first_s, 0)):
+            if not least_s <= given_s <= MAX_INTERVAL_S:
+                raise BadInput(
+                    say(
+                        "publishing.bad-interval",
+                        "{interval_s:g} s is not a valid interval.",
+                        interval_s=given_s,
+                    ),
+                    say(
+                        "publishing.interval-range",
+                        "Give {least_s:g} to {most_s:g} seconds.",
+                        least_s=least_s,
+                        most_s=MAX_INTERVAL_S,
+                    ),
+                    reason="bad-interval",
+                )
         if not 0 <= self.limit_mm < inf:
             raise BadInput(
                 say("publishing.bad-limit", "The limit is not a valid length."),

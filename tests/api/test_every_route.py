@@ -13,6 +13,7 @@ import pytest
 import schemathesis
 from starlette.testclient import TestClient
 
+from tests.support.league_geometry import packet_of
 from tests.support.refusals import API, refusal
 from tests.support.route_world import CAMERAS, HALVES, NAME, World, board, clicked_edges, motion
 from touchline.core.records import Calibration
@@ -33,6 +34,7 @@ WIDE = {
     "image_size": {"width": 320, "height": 256},
 }
 POINTS = [[100.0, 100.0], [200.0, 150.0]]
+GEOMETRY = packet_of("ssl-vision", "ssl-div-b").SerializeToString()
 
 Value = Callable[[World], Any]
 
@@ -188,6 +190,9 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /pairs/lines": sent(json=lambda w: {**pair(w), "points_a": POINTS}),
     "GET /publishing": sent(),
     "PUT /publishing": sent(json={"enabled": False}),
+    "POST /publishing/ball-models/read": sent(files={"file": GEOMETRY}),
+    "POST /publishing/confirm": sent(),
+    "GET /publishing/geometry.yml": sent(),
     "GET /publishing/heard": sent(),
     "POST /publishing/heard/{id}/import": sent(id=attrgetter("sender"), json={"camera_id": 0}),
     "GET /rigs": sent(),

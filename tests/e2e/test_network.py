@@ -11,6 +11,7 @@ from tests.support import ssl_listener as listener
 from tests.support.activation import activate_despite
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
+from tests.support.league_geometry import packet_of
 from tests.support.manual_pictures import manual_picture
 from tests.support.rig_over_field import sim_task
 from tests.support.words import t
@@ -25,6 +26,15 @@ def activate(server, camera: str, name: str, index: int) -> None:
     data = interchange.export(example(name, index), "json").data
     made = server.api(
         "POST", "/calibrations/import", files={"file": ("a.json", data)}, data={"camera": camera}
+    ).json()
+    activate_despite(server, made["id"])
+
+
+def activate_half(server, camera: str, number: int) -> None:
+    task = sim_task(2, number)
+    data = FORMATS["json"].write(task.record(task.run(cross_validate=False)))
+    made = server.api(
+        "POST", "/calibrations/import", files={"file": data}, data={"camera": camera}
     ).json()
     activate_despite(server, made["id"])
 
@@ -140,12 +150,7 @@ def test_a_sent_camera_of_a_field_that_is_unknown_here_has_a_line_under_the_draw
 
 def test_the_field_shows_each_camera_that_goes_out_and_why_others_do_not(page, own_server):
     for number, camera in enumerate(("overhead", "east")):  # the left half and the right one
-        task = sim_task(2, number)
-        data = FORMATS["json"].write(task.record(task.run(cross_validate=False)))
-        made = own_server.api(
-            "POST", "/calibrations/import", files={"file": data}, data={"camera": camera}
-        ).json()
-        activate_despite(own_server, made["id"])
+        activate_half(own_server, camera, number)
     way = {**free_group(), "interface": "lo"}
     assert own_server.api("PUT", "/publishing", json={**way, "enabled": True}).ok
     page.goto(f"{own_server.url}/#/system/publishing")
@@ -180,3 +185,54 @@ def test_an_interface_that_is_not_there_is_told_on_the_page(page, own_server):
         page.get_by_test_id("notice").filter(has_text="This computer has no interface gone0.")
     ).to_be_visible()
     expect(page.get_by_test_id("network-state")).to_have_attribute("data-state", "off")
+
+
+def test_beside_another_program_it_asks_and_takes_its_ball_models(page, own_server):
+    way = free_group()
+    activate_half(own_server, "overhead", 0)
+    quick = {**way, "interface": "lo", "absorb": True, "listen_first_s": 0, "interval_s": 0.1}
+    assert own_server.api("PUT", "/publishing", json=quick).ok
+    page.goto(f"{own_server.url}/#/system/publishing")
+    theirs = packet_of("ssl-vision", "ssl-div-b").SerializeToString()
+    with Listener(**way) as ear, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        expect(page.get_by_test_id("nobody")).to_be_visible(timeout=LONG_MS)
+        port = said(theirs, **way, sock=stranger)
+        expect(page.get_by_test_id(f"heard-127.0.0.1-{port}")).to_be_visible(timeout=LONG_MS)
+        page.get_by_test_id("publish").click()
+        expect(page.get_by_test_id("asking")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_test_id("network-state")).to_have_attribute("data-state", "asking")
+        with page.expect_download() as file:
+            page.get_by_test_id("geometry-file").click()
+        assert b"calib:" in file.value.path().read_bytes()
+        expect(page.get_by_test_id("asking")).to_contain_text("Only you send the cameras")
+        expect(page.get_by_test_id("sent-overhead")).to_contain_text(t("network.sent.ready"))
+        page.set_viewport_size({"width": 1280, "height": 1200})
+        manual_picture(page.get_by_test_id("network"), "another-publisher")
+        page.get_by_test_id("publish-both").click()
+        expect(page.get_by_test_id("asking")).to_have_count(0)
+        ear.hear_until(lambda came: came.sender[1] != port)
+        expect(page.get_by_test_id("sent-overhead")).to_contain_text(t("network.sent.sent"))
+
+        models = page.get_by_test_id("ball-models")
+        models.locator("summary").click()
+        page.get_by_test_id(f"ball-copy-127.0.0.1-{port}").click()
+        expect(page.get_by_test_id("ball-acc_roll")).to_have_value("-0.45")
+        with page.expect_response(is_set):
+            page.get_by_test_id("ball-acc_roll").fill("-0.3")
+            page.get_by_test_id("ball-acc_roll").press("Enter")
+        said_now = own_server.api("GET", "/publishing").json()["ball_models"]
+        assert said_now["straight_two_phase"]["acc_roll"] == -0.3
+        with page.expect_response(is_set):
+            page.get_by_test_id("ball-clear").click()
+        for name, value in (("acc_slide", "-3"), ("acc_roll", "-0.4")):
+            page.get_by_test_id(f"ball-{name}").fill(value)
+            page.get_by_test_id(f"ball-{name}").press("Tab")
+        assert own_server.api("GET", "/publishing").json()["ball_models"] is None  # one is missing
+        with page.expect_response(is_set):
+            page.get_by_test_id("ball-k_switch").fill("0.6")
+            page.get_by_test_id("ball-k_switch").press("Tab")
+        expect(page.get_by_test_id("ball-acc_slide")).to_have_value("-3")
+        assert own_server.api("GET", "/publishing").json()["ball_models"] == {
+            "straight_two_phase": {"acc_slide": -3.0, "acc_roll": -0.4, "k_switch": 0.6},
+            "chip_fixed_loss": None,
+        }

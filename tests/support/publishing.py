@@ -26,7 +26,9 @@ def publishing_of(
         cast(
             Services,
             SimpleNamespace(
-                settings=SimpleNamespace(data=folder, publish=PublishSettings(**settings)),
+                settings=SimpleNamespace(
+                    data=folder, publish=PublishSettings(**{"listen_first_s": 0, **settings})
+                ),
                 store=SimpleNamespace(failures=RecentFailures(), references=threading.RLock()),
                 cameras=SimpleNamespace(active_calibrations=active),
                 fields=fields,

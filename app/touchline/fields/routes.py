@@ -30,17 +30,16 @@ from touchline.fields.measuring import (
 )
 from touchline.fields.proposal import ProposedFieldJson, proposed_field
 from touchline.fields.seen_markings import SeenField, seen_field
-from touchline.formats import ssl_settings, ssl_vision, vision_processor
-from touchline.formats.document import parse
-from touchline.formats.numbers import format_error
+from touchline.formats import ssl_vision, vision_processor
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
 from touchline.services.container import Services
 from touchline.services.fields import delete_field, save_field, simulated
 from touchline.services.forms import Strict
-from touchline.ssl_protocol.protobuf import decode, encode
+from touchline.ssl_protocol.protobuf import encode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_GeometryData, SSL_Source, SSL_WrapperPacket
 from touchline.store.fields import field_etag
 from touchline.workflows.calibration_request import run_refit
+from touchline.workflows.interchange import league_field
 
 router = APIRouter(prefix="/fields", tags=["fields"])
 
@@ -290,14 +289,8 @@ def parsed_field(data: bytes, known: Iterable[Field] = ()) -> Field:
 
     known: one of the league with just their lines is one of these, with its landmarks and regions.
     """
-    if ssl_vision.recognises(data):
-        packet = decode(SSL_WrapperPacket, data)
-        if not packet.HasField("geometry"):
-            raise format_error("The packet contains no field.", FIX)
-        return field_from_wire(packet.geometry.field, known)
-    for kind in (vision_processor, ssl_settings):
-        if kind.recognises(data) and (found := kind.league_file(parse(data))) is not None:
-            return field_from_wire(found.sent, known)
+    if (found := league_field(data)) is not None:
+        return field_from_wire(found, known)
     try:
         value = json.loads(data)
     except (ValueError, RecursionError):

@@ -14,26 +14,26 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_FieldCircularArc,
     SSL_FieldLineSegment,
     SSL_GeometryFieldSize,
+    SSL_GeometryModels,
     Vector2f,
 )
 
-BALL_MODELS = "The file's ball models were not read."
+BALL_MODELS = "The file's ball models are not part of a calibration: open the file on the page Publishing, too."
 
 
 @dataclass(frozen=True)
 class LeagueFile:
     """program, title: as CameraFile has it, and for people. sent: the field.
 
-    cameras: by number, how each is read over the file's field; its numbers may be wrong.
-
-    notes: what the file has and is not read, for people.
+    cameras: by number, how each is read over the file's field; its numbers may be wrong. models: reads
+    those of the ball; None where there are none.
     """
 
     program: str
     title: str
     sent: SSL_GeometryFieldSize
     cameras: Mapping[str, Callable[[Field], CameraFile]]
-    notes: tuple[str, ...] = ()
+    models: Callable[[], SSL_GeometryModels] | None = None
 
     def camera(self, entry: str | None) -> CameraFile:
         """Return the camera of that number, or the only one; BadInput where the file has none."""
@@ -44,7 +44,7 @@ class LeagueFile:
             )
         read = self.cameras[chosen_camera(self.cameras, entry, self.title)]
         found = read(field_from_wire(self.sent))
-        return replace(found, notes=(*found.notes, *self.notes))
+        return found if self.models is None else replace(found, notes=(*found.notes, BALL_MODELS))
 
 
 @dataclass(frozen=True)

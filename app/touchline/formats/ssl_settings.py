@@ -5,7 +5,7 @@ have six decimals, with the decimal sign of the country of the machine that wrot
 of which ssl-vision makes them itself.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,7 @@ from touchline.core.geometry import ImageSize
 from touchline.core.json_values import JsonObject
 from touchline.formats.camera_file import CameraFile, lens_from_terms, pose_from_field
 from touchline.formats.document import FileContent
-from touchline.formats.league_file import BALL_MODELS, LeagueFile, Markings
+from touchline.formats.league_file import LeagueFile, Markings
 from touchline.formats.numbers import DECIMAL_COMMA, NUMBER, checked_size, number, require
 from touchline.formats.program_forms import PROGRAMS
 from touchline.formats.ssl_vision import pose_from_quaternion
@@ -28,6 +28,7 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_FieldLineSegment,
     SSL_FieldShapeType,
     SSL_GeometryFieldSize,
+    SSL_GeometryModels,
     Vector2f,
 )
 
@@ -53,6 +54,17 @@ SSL_NUMBERS = (
     *("focal length", "principal point x", "principal point y", "distortion"),
     *("q0", "q1", "q2", "q3", "tx", "ty", "tz"),
 )
+# of the ball, by the message's names
+STRAIGHT = {
+    "acc_slide": "Sliding acceleration [m/s^2]",
+    "acc_roll": "Rolling acceleration [m/s^2]",
+    "k_switch": "Switch factor",
+}
+CHIP = {
+    "damping_xy_first_hop": "Damping (xy) on first hop",
+    "damping_xy_other_hops": "Damping (xy) on other hops",
+    "damping_z": "Damping (z)",
+}
 USES_OPENCV = "use openCV camera model"
 BEGINS = {
     "q0": 0.7,
@@ -72,7 +84,7 @@ def league_file(document: FileContent) -> LeagueFile | None:
         return None
     settings = document.first[ROOT]
     known = settings.get("Global") if isinstance(settings, dict) else None
-    if not isinstance(known, dict) or "Field Configuration" not in known:
+    if not isinstance(known, dict) or not isinstance(known.get("Field Configuration"), dict):
         raise BadInput(
             "The file contains settings of ssl-vision, but no field.",
             "Use the file robocup-ssl.xml of ssl-vision.",
@@ -88,8 +100,8 @@ def league_file(document: FileContent) -> LeagueFile | None:
             name = str(about.get("camera index", i)) if isinstance(about, dict) else str(i)
             cameras.setdefault(name[:10], partial(_camera, calibrator, at))
     field = known["Field Configuration"]
-    notes = (BALL_MODELS,) if isinstance(field, dict) and "Models" in field else ()
-    return LeagueFile(FILE, PROGRAMS[FILE][0], _field(field), cameras, notes)
+    models = partial(_ball_models, field["Models"]) if "Models" in field else None
+    return LeagueFile(FILE, PROGRAMS[FILE][0], _field(field), cameras, models)
 
 
 def _is_calibrated(parameters: Any) -> bool:
@@ -138,6 +150,20 @@ def _field(settings: JsonObject) -> SSL_GeometryFieldSize:
     sent.field_lines.extend(_line(line, f"{at}, Field Lines, {name}") for name, line in lines)
     sent.field_arcs.extend(_arc(arc, f"{at}, Field Arcs, {name}") for name, arc in arcs)
     return sent
+
+
+def _ball_models(settings: Any) -> SSL_GeometryModels:
+    def numbers(called: str, names: Mapping[str, str]) -> dict[str, float] | None:
+        if not isinstance(settings, dict) or called not in settings:
+            return None
+        at = f"Models, {called}"
+        return {name: _number(settings[called], title, at) for name, title in names.items()}
+
+    return build(
+        SSL_GeometryModels,
+        straight_two_phase=numbers("Straight Two-Phase", STRAIGHT),
+        chip_fixed_loss=numbers("Chip fix loss", CHIP),
+    )
 
 
 def _listed(settings: JsonObject, name: str) -> list[tuple[str, Any]]:

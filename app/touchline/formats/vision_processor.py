@@ -22,7 +22,7 @@ from touchline.formats import Format
 from touchline.formats.approximation import ExportCamera, header, metadata_from_comment
 from touchline.formats.camera_file import CameraFile
 from touchline.formats.document import FileContent, parse
-from touchline.formats.league_file import BALL_MODELS, LeagueFile, Markings
+from touchline.formats.league_file import LeagueFile, Markings
 from touchline.formats.numbers import MAX_DIGITS, NUMBER, format_error, require
 from touchline.formats.ssl_field import field_to_wire, markings_alone
 from touchline.formats.ssl_vision import camera_from_wire, camera_number, camera_to_wire
@@ -32,6 +32,7 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_GeometryCameraCalibration,
     SSL_GeometryData,
     SSL_GeometryFieldSize,
+    SSL_GeometryModels,
 )
 
 GEOMETRY = re.compile(rb"^(?:field|optional_field_lines)\s*:\s*(?:#.*)?\r?$", re.MULTILINE)
@@ -79,8 +80,8 @@ def league_file(document: FileContent) -> LeagueFile | None:
             f"The file is not a geometry of vision-processor: {str(error)[:160]}.", "Correct it."
         ) from None
     cameras = {str(one.camera_id): partial(_camera, one) for one in sent.calib}
-    notes = (BALL_MODELS,) if "models" in content else ()
-    return LeagueFile(NAME, TITLE, sent.field, cameras, notes)
+    models = (lambda: sent.models) if sent.HasField("models") else None
+    return LeagueFile(NAME, TITLE, sent.field, cameras, models)
 
 
 def read(data: bytes, entry: str | None = None) -> CameraFile:
@@ -102,7 +103,11 @@ def write(calibration: Calibration, export: ExportCamera) -> bytes:
     return (about + geometry(field, [camera_to_wire(export.camera, number)])).encode()
 
 
-def geometry(field: Field, cameras: Iterable[SSL_GeometryCameraCalibration] = ()) -> str:
+def geometry(
+    field: Field,
+    cameras: Iterable[SSL_GeometryCameraCalibration] = (),
+    models: SSL_GeometryModels | None = None,
+) -> str:
     """Return a geometry.yml; Conflict for a field whose borders are not where vision-processor makes them.
 
     It makes them of a field without painted borders as well.
@@ -125,6 +130,8 @@ def geometry(field: Field, cameras: Iterable[SSL_GeometryCameraCalibration] = ()
     own.field_lines.extend(line for line in sent.field_lines if line.name in alone)
     own.field_arcs.extend(arc for arc in sent.field_arcs if arc.name in alone)
     content: JsonObject = {"optional_field_lines": optional, "field": _plain(own)}
+    if models is not None:
+        content["models"] = _plain(models)
     if calib := [_plain(one) for one in cameras]:
         content["calib"] = calib
     return yaml.safe_dump(content, sort_keys=False)

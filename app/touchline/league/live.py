@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from touchline.core.errors import BadInput, TouchlineError, Unavailable
 from touchline.core.field import Field
@@ -48,11 +49,17 @@ REJOIN_S = 5.0
 CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05
 PAUSE_S = 0.002  # between packets that are skipped: a flood must not occupy the process
 FORGET_S = 600.0
+HELD_S = 0.25  # between two looks at whether it may be sent now
+# why a packet is not sent yet: who else sends is not known yet, or is and somebody has to decide
+Held = Literal["listening", "asking"]
 
 
 @dataclass(frozen=True)
 class PublishStatus:
-    """What was sent so far. packet: the newest; last_s: its time.monotonic(); failures: since then."""
+    """What was sent so far. packet: the newest; last_s: its time.monotonic(); failures: since then.
+
+    held: why the newest packet waits.
+    """
 
     packets: int = 0
     packet: bytes = b""
@@ -60,11 +67,12 @@ class PublishStatus:
     failures: int = 0
     problem: TouchlineError | None = None
     cameras: tuple[PublishedCamera, ...] = ()
+    held: Held | None = None
 
     @property
     def on_air(self) -> tuple[PublishedCamera, ...]:
-        """The cameras that go out now: none where there is no packet, or it cannot be sent."""
-        return self.cameras if self.packet and self.problem is None else ()
+        """The cameras that go out now: none where there is no packet, it waits, or it cannot be sent."""
+        return self.cameras if self.packet and self.problem is None and self.held is None else ()
 
     def to_json(self) -> JsonObject:
         age_s = None if self.last_s is None else round(time.monotonic() - self.last_s, 3)
@@ -80,7 +88,8 @@ class Publisher:
     """A thread that publishes until it is closed.
 
     active: returns the active calibrations. fit: fits a calibration's packet camera. fields: as they are now, by name.
-    passed_on: returns what another publisher's geometry adds. sender: open to other packets as well.
+    passed_on: returns what another publisher's geometry adds. held: returns why a packet may not be sent yet, None
+    where it may. sender: open to other packets as well.
     """
 
     def __init__(
@@ -90,12 +99,14 @@ class Publisher:
         fit: FitPacketCamera,
         fields: Mapping[str, Field] = NO_FIELDS,
         passed_on: Callable[[], PassedOn | None] = lambda: None,
+        held: Callable[[bytes], Held | None] = lambda packet: None,
         sender: MulticastSender | None = None,
     ) -> None:
         self.config = config
         self.sender = sender or MulticastSender(config.address)
         self.status = PublishStatus()
-        self._active, self._fit, self._fields, self._passed_on = active, fit, fields, passed_on
+        self._active, self._fit, self._fields = active, fit, fields
+        self._passed_on, self._held = passed_on, held
         self._wakened = threading.Event()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
@@ -117,19 +128,30 @@ class Publisher:
             # before looking: what changes meanwhile is sent in the next round
             self._wakened.clear()
             self.status = self._publish()
-            self._wakened.wait(
-                self.config.interval_s
-                if self.status.problem is None
-                else min(RETRY_S, self.config.interval_s)
-            )
+            wait_s = self.config.interval_s
+            if self.status.held is not None:
+                wait_s = min(HELD_S, wait_s)
+            elif self.status.problem is not None:
+                wait_s = min(RETRY_S, wait_s)
+            self._wakened.wait(wait_s)
 
     def _publish(self) -> PublishStatus:
         before, cameras = self.status, self.status.cameras
         try:
             cameras = published_cameras(self._active(), self.config, self._fit, self._fields)
-            packet = geometry_packet(cameras, self._fields, self._passed_on())
-            if self._ended or packet is None:
-                return replace(before, packet=b"", failures=0, problem=None, cameras=cameras)
+            packet = geometry_packet(
+                cameras, self._fields, self._passed_on(), self.config.ball_models
+            )
+            held = None if packet is None else self._held(packet)
+            if self._ended or packet is None or held is not None:
+                return replace(
+                    before,
+                    packet=packet or b"",
+                    failures=0,
+                    problem=None,
+                    cameras=cameras,
+                    held=held,
+                )
             self.sender.send(packet)
             return PublishStatus(before.packets + 1, packet, time.monotonic(), cameras=cameras)
         except TouchlineError as error:
@@ -170,6 +192,7 @@ class GeometryListener:
     ) -> None:
         self.address = address
         self.problem: TouchlineError | None = None
+        self.since_s = time.monotonic()
         self.datagrams = self.own = 0
         self._is_own = own
         self._publishers: dict[tuple[str, int], RemotePublisher] = {}

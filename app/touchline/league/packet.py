@@ -1,7 +1,7 @@
 """The league's geometry packet: settings of publishing, which cameras are in it, which are not and why, and the field.
 
-Ball models and the width of the substitution area are nowhere in Touchline, and a program that hears two fields by
-turns starts anew with each: so whoever publishes beside another passes on the other's field as it came, byte for byte.
+A program that hears two different packets by turns starts anew with each: so whoever publishes beside another sends
+what the other one sends, byte for byte, with our cameras in place of its own of the same number.
 """
 
 from base64 import b64decode, b64encode
@@ -19,6 +19,7 @@ from touchline.core.json_values import JsonObject, read
 from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.formats.ssl_field import field_to_wire, known_field, names_are_the_leagues
+from touchline.league.ball_models import BallModels
 from touchline.league.packet_camera import PacketCamera, packet_camera
 from touchline.settings import PublishSettings
 from touchline.ssl_protocol.protobuf import decode, encode
@@ -41,10 +42,11 @@ class PublishingConfig(PublishSettings):
 
     field: the field to send where cameras see several; None for that of most cameras. numbers: camera ids, where they
     differ from those of the regions. approved: the cameras that are sent in spite of limit_mm, with the id of the
-    calibration for which that was approved.
+    calibration for which that was approved. ball_models: what is sent where no other publisher's are.
     """
 
     field: str | None = None
+    ball_models: BallModels | None = None
     numbers: Mapping[str, int] = member(default_factory=dict)
     approved: Mapping[str, str] = member(default_factory=dict)
 
@@ -128,13 +130,15 @@ class PublishedCamera:
 class PassedOn:
     """Another sender's newest packet with geometry, as received, of which field and ball models are passed on.
 
-    heard_at: unix s.
+    heard_at: unix s. cameras: those of it that are passed on as well, in its order, as they came; a sender that is no
+    longer received has none.
     """
 
     address: str
     source: str
     heard_at: float
     packet: bytes
+    cameras: tuple[tuple[int, bytes], ...] = ()  # by number
 
     @property
     def field(self) -> bytes:
@@ -169,6 +173,7 @@ class PassedOn:
             "source": self.source,
             "heard_at": self.heard_at,
             "models": bool(self.models),
+            "cameras": [number for number, _ in self.cameras],
         }
 
     def saved(self) -> JsonObject:
@@ -248,20 +253,24 @@ def geometry_packet(
     candidates: Sequence[PublishedCamera],
     fields: Mapping[str, Field] = NO_FIELDS,
     passed_on: PassedOn | None = None,
+    ball_models: BallModels | None = None,
 ) -> bytes | None:
     """Encode all cameras that are sent, with their field as it is now; None where there is none.
 
-    passed_on: another publisher's geometry. Where it is of the same field, that and its ball models are sent as they
-    came.
+    passed_on: another publisher's geometry. Where it is of the same field, all of it is sent as it came, but for
+    cameras with a number of ours; else ball_models are sent, our own.
     """
     field = published_field(candidates, fields)
     if field is None:
         return None
-    cameras = [encode(sent) for one in candidates if (sent := one.sent) is not None]
+    cameras = {one.number: encode(sent) for one in candidates if (sent := one.sent) is not None}
     if passed_on is not None and passed_on.is_of(field):
-        parts = GeometryParts(field=passed_on.field, calib=cameras, models=passed_on.models or None)
+        cameras = {**dict(passed_on.cameras), **cameras}  # which keeps the order of theirs
+        sent_field, models = passed_on.field, passed_on.models
     else:
-        parts = GeometryParts(field=encode(field_to_wire(field)), calib=cameras)
+        sent_field = encode(field_to_wire(field))
+        models = b"" if ball_models is None else ball_models.encoded
+    parts = GeometryParts(field=sent_field, calib=[*cameras.values()], models=models or None)
     return encode(GeometryPartsPacket(geometry=parts, source=SSL_Source.OTHER))
 
 

@@ -1,8 +1,8 @@
 """What another publisher sends: its newest geometry, as JSON, and where that contradicts or differs from ours."""
 
 import hashlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from touchline.core.errors import TouchlineError
 from touchline.core.field import Field
@@ -10,9 +10,12 @@ from touchline.core.json_values import JsonObject
 from touchline.core.statements import Sentence, say, stated
 from touchline.formats.ssl_field import field_from_wire, markings_alone
 from touchline.formats.ssl_vision import camera_from_wire
+from touchline.league.ball_models import BallModels
 from touchline.league.packet import PassedOn, PublishedCamera
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
+    GeometryPacket,
+    GeometryPartsPacket,
     SSL_GeometryCameraCalibration,
     SSL_GeometryData,
     SSL_GeometryFieldSize,
@@ -30,6 +33,7 @@ DERIVED = (
 MARKINGS = ("field_lines", "field_arcs")  # compared by their places
 MAX_ROUNDING = 1e-3  # of a float of four bytes
 MAX_NAMED = 4  # of what differs; the rest is counted
+CameraValues = tuple[tuple[str, object], ...]
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,7 @@ def received_json(
         "field": None,
         "problem": None,
         "cameras": [],
+        "ball_models": None,
         "differs": [],
     }
     if geometry is None:
@@ -103,6 +108,9 @@ def received_json(
     found |= {
         "geometry_age_s": round(now_s - publisher.geometry_s, 3),
         "sha256": hashlib.sha256(publisher.data).hexdigest(),
+        "ball_models": BallModels.of(geometry.models).to_json()
+        if geometry.HasField("models")
+        else None,
     }
     numbers = (
         {one.number: one for one in ours if one.sent is not None}
@@ -140,8 +148,30 @@ def contradictions(
         for publisher in publishers
         for one in ours
         for sent in _current_cameras(publisher, now_s)
-        if one.sent is not None and one.number == sent.camera_id and not _repeats(one.sent, sent)
+        if one.sent is not None
+        and one.number == sent.camera_id
+        and sent_values(one) != camera_values(sent)
     ]
+
+
+def doubled_cameras(
+    publishers: Iterable[RemotePublisher], now_s: float
+) -> list[tuple[int, RemotePublisher, RemotePublisher]]:
+    """List the numbers for which two publishers send different calibrations, each with the first two of them."""
+    first: dict[int, tuple[RemotePublisher, CameraValues]] = {}
+    found: dict[int, tuple[int, RemotePublisher, RemotePublisher]] = {}
+    for publisher in publishers:
+        for sent in _current_cameras(publisher, now_s):
+            number, values = sent.camera_id, camera_values(sent)
+            other, before = first.setdefault(number, (publisher, values))
+            if other is not publisher and before != values:
+                found.setdefault(number, (number, other, publisher))
+    return [*found.values()]
+
+
+def says_the_same(publisher: RemotePublisher, packet: bytes) -> bool:
+    """Whether a program that hears both, its packet and ours, takes them for one."""
+    return publisher.geometry == decode(GeometryPacket, packet).geometry
 
 
 def _current_cameras(
@@ -163,7 +193,7 @@ def _camera_json(
         "distortion": sent.distortion,
         "problem": None,
         "ours": None if ours is None else ours.name,
-        "contradicts": ours is not None and ours.sent is not None and not _repeats(ours.sent, sent),
+        "contradicts": ours is not None and sent_values(ours) != camera_values(sent),
     }
     try:
         file = camera_from_wire(sent, field)
@@ -178,30 +208,50 @@ def _camera_json(
     }
 
 
-def _repeats(ours: SSL_GeometryCameraCalibration, theirs: SSL_GeometryCameraCalibration) -> bool:
-    """Tell whether they only repeat ours: vision software that took our calibration over sends it on."""
-    return _calibration_values(
-        decode(SSL_GeometryCameraCalibration, encode(ours))
-    ) == _calibration_values(theirs)
+def camera_values(sent: SSL_GeometryCameraCalibration) -> CameraValues:
+    """Return a received camera's number and calibration, without what follows from it."""
+    return tuple(
+        (field.name, value) for field, value in sent.ListFields() if field.name not in DERIVED
+    )
 
 
-def _calibration_values(sent: SSL_GeometryCameraCalibration) -> dict[str, object]:
-    return {field.name: value for field, value in sent.ListFields() if field.name not in DERIVED}
+def sent_values(one: PublishedCamera) -> CameraValues:
+    """Return the same of a camera of ours, as others receive it: in floats of four bytes; () where it is not sent."""
+    sent = one.sent
+    return () if sent is None else camera_values(decode(type(sent), encode(sent)))
 
 
 def geometry_to_pass_on(
-    publishers: Iterable[RemotePublisher], now_s: float, before: PassedOn | None
+    publishers: Iterable[RemotePublisher],
+    now_s: float,
+    before: PassedOn | None,
+    sent_cameras: Collection[CameraValues] = (),
 ) -> PassedOn | None:
     """Return the geometry to pass on: of the sender as before while it sends, else the newest; else what was.
 
-    now_s: time.monotonic().
+    now_s: time.monotonic(). sent_cameras: all that we have sent; they are not passed on: two programs that did that
+    would send each other's removed cameras for ever.
     """
     current = [one for one in publishers if one.is_current(now_s)]
     if not current:
-        return before
+        return before and replace(before, cameras=())
     same = [one for one in current if before is not None and one.address == before.address]
     newest = max(same or current, key=lambda one: one.geometry_s)
-    return PassedOn(newest.address, newest.source_name, newest.geometry_at, newest.data)
+    assert newest.geometry is not None  # or it would not be current
+    cameras = zip(
+        newest.geometry.calib, decode(GeometryPartsPacket, newest.data).geometry.calib, strict=True
+    )
+    return PassedOn(
+        newest.address,
+        newest.source_name,
+        newest.geometry_at,
+        newest.data,
+        tuple(
+            (sent.camera_id, as_it_came)
+            for sent, as_it_came in cameras
+            if camera_values(sent) not in sent_cameras
+        ),
+    )
 
 
 def geometry_differences(theirs: SSL_GeometryData, ours: SSL_GeometryData) -> list[Sentence]:
@@ -246,6 +296,23 @@ def geometry_differences(theirs: SSL_GeometryData, ours: SSL_GeometryData) -> li
         )
     if theirs.models != ours.models:
         found.append(say("receiving.differs.models", "It sends other ball models than you."))
+    numbers, our_numbers = ({camera.camera_id for camera in one.calib} for one in (theirs, ours))
+    if missing := sorted(numbers - our_numbers):
+        found.append(
+            say(
+                "receiving.differs.its-cameras",
+                "Only it sends the cameras with these numbers: {numbers}.",
+                numbers=missing,
+            )
+        )
+    if added := sorted(our_numbers - numbers):
+        found.append(
+            say(
+                "receiving.differs.our-cameras",
+                "Only you send the cameras with these numbers: {numbers}.",
+                numbers=added,
+            )
+        )
     return found
 
 

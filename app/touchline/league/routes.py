@@ -4,20 +4,26 @@ import hashlib
 from datetime import UTC, datetime
 from typing import Annotated, Literal
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import Field
+from starlette.responses import Response
 
 from touchline.api import schemas
+from touchline.api.bodies import uploaded_file
 from touchline.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
 from touchline.api.requests import CameraId, Id
-from touchline.api.responses import Json, created, versioned
-from touchline.api.schemas import JsonObject, Texts, list_of, response
+from touchline.api.responses import Json, attachment, created, versioned
+from touchline.api.schemas import JsonObject, Responses, Texts, list_of, response, upload
 from touchline.core.errors import Conflict
 from touchline.core.statements import say
+from touchline.formats import vision_processor
+from touchline.formats.numbers import format_error
+from touchline.league.ball_models import BallModels
 from touchline.league.packet import PublishingConfig
 from touchline.league.service import PublishingService
 from touchline.services.forms import Name, Number, Rotate, Size, Strict
 from touchline.services.import_file import OPTIONS, import_file
+from touchline.workflows.interchange import ball_models
 
 router = APIRouter(prefix="/publishing", tags=["publishing"])
 packets = APIRouter(tags=["judging"])
@@ -44,9 +50,10 @@ Publishing = response(
     "Publishing",
     record=PublishingConfig,
     problem=Texts | None,
-    state=Literal["off", "starting", "on-air", "silent", "failing"],
+    state=Literal["off", "starting", "asking", "on-air", "silent", "failing"],
     said=JsonObject | None,
     passed_on=JsonObject | None,
+    ball_models=JsonObject | None,
     cameras=list_of(PublishedCamera),
     interfaces=list[JsonObject],
 )
@@ -67,6 +74,7 @@ GeometrySender = response(
     field=JsonObject | None,
     problem=Texts | None,
     cameras=list[JsonObject],
+    ball_models=JsonObject | None,
     differs=list[JsonObject],
 )
 GeometrySenders = response(
@@ -90,6 +98,10 @@ Packet = response(
     problem=Texts | None,
 )
 
+BallModelsFile = response("BallModelsFile", ball_models=JsonObject)
+
+YAML: Responses = {200: {"content": {"application/yaml": {"schema": {}}}}}
+MAX_FILE_BYTES = 1 << 20
 Text = Annotated[str, Field(max_length=64)]
 WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
 
@@ -106,10 +118,17 @@ class PublishingChanges(Strict):
     interval_s: Annotated[float, Field(ge=0.1, le=60)] = 3.0
     limit_mm: Annotated[Number, Field(ge=0, le=100_000)] = 30.0
     pass_on: bool = Field(
-        True, description="send another publisher's field and ball models as they came"
+        True, description="send another publisher's field, ball models and cameras as they came"
+    )
+    listen_first_s: Annotated[float, Field(ge=0, le=60)] = Field(
+        4.0, description="time to listen for other publishers before the first packet"
     )
     field: CameraId | None = Field(
         None, description="if cameras have different fields; null: that of most cameras"
+    )
+    ball_models: BallModels | None = Field(
+        None,
+        description="sent where no other publisher's are; accelerations in m/s², negative",
     )
     numbers: Annotated[dict[CameraId, WireNumber | None], Field(max_length=100)] = Field(
         {},
@@ -164,6 +183,44 @@ async def update_publishing(
     for camera in await services.run_in_thread(services.cameras.all):
         services.live.refresh(camera.id)
     return await read_publishing(services)
+
+
+@router.post("/confirm", response_model=Publishing)
+async def confirm_publishing(services: ServicesDep) -> Json:
+    """Publish although another program does, where `state` is "asking"; else nothing changes."""
+    services.part(PublishingService).publish_anyway()
+    return await read_publishing(services)
+
+
+@router.get("/geometry.yml", response_class=Response, responses=YAML)
+@in_thread
+def download_geometry(services: ServicesDep) -> Response:
+    """Return what is published, or would be, as a geometry.yml for vision-processor's publisher.
+
+    409 where no camera can be published, or the file cannot hold the field.
+    """
+    data = services.part(PublishingService).geometry_file()
+    kind = vision_processor.FORMAT
+    name = {"Content-Disposition": attachment(f"touchline{kind.suffix}")}
+    return Response(data, media_type=kind.media_type, headers=name)
+
+
+@router.post(
+    "/ball-models/read",
+    response_model=BallModelsFile,
+    openapi_extra={"requestBody": upload()},
+)
+async def read_ball_models(request: Request, services: ServicesDep) -> Json:
+    """Read the ball models of a file, multipart with `file`: a geometry packet of the league, vision-processor's
+    geometry.yml or ssl-vision's settings. Nothing is saved."""
+    data, _ = await uploaded_file(request, MAX_FILE_BYTES, ())
+    found = await services.run_in_thread(ball_models, data)
+    if found is None:
+        raise format_error(
+            "The file contains no ball models.",
+            "Use a geometry.yml of vision-processor, or the settings of ssl-vision.",
+        )
+    return Json({"ball_models": BallModels.of(found).to_json()})
 
 
 @router.get("/heard", response_model=GeometrySenders)

@@ -14,20 +14,26 @@ from touchline.core.records import Calibration, Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.evaluate.claims import Case, Claim, mm
 from touchline.evaluate.verdict import GOOD_MM
-from touchline.league.live import GeometryListener, Publisher, PublishStatus
+from touchline.formats import vision_processor
+from touchline.league.live import GeometryListener, Held, Publisher, PublishStatus
 from touchline.league.packet import (
     PassedOn,
     PublishedCamera,
     PublishingConfig,
+    geometry_packet,
     published_cameras,
     published_field,
 )
 from touchline.league.packet_camera import PacketCameraCache
 from touchline.league.received import (
+    CameraValues,
     RemotePublisher,
     contradictions,
+    doubled_cameras,
     geometry_to_pass_on,
     received_json,
+    says_the_same,
+    sent_values,
 )
 from touchline.network.address import interfaces
 from touchline.network.multicast import MulticastSender
@@ -110,7 +116,7 @@ def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
         first = warnings[0]
         title = (
             say("claim.publishing.failing", "Not publishing")
-            if state == "failing"
+            if state in ("failing", "asking")
             else say("claim.publishing.problems", "Publishing has problems")
         )
         return Claim(
@@ -178,6 +184,10 @@ class PublishingService(RunningPart):
         self.config = self._read_config()
         self.packet_camera = PacketCameraCache()
         self._passed_on = self._saved_passed_on = self._read_passed_on()
+        self._sent_cameras: set[CameraValues] = set()
+        # whether to look who else sends before the first packet: after an operator's change, not after a restart
+        # in the middle of a match
+        self._looks_first = False
         # now and before, whose last packets may still be received
         self._senders: tuple[MulticastSender, ...] = ()
         self._publisher: Publisher | None = None
@@ -230,6 +240,40 @@ class PublishingService(RunningPart):
                     problem.fix,
                 )
             )
+        if publisher is not None and publisher.status.held == "asking":
+            found.append(
+                Warning(
+                    "another-publisher",
+                    say(
+                        "publishing.another-publisher",
+                        "The geometry is not published yet: {others} already publishes geometry.",
+                        others=[one.address for one in self._others(publisher.status.packet)],
+                    ),
+                    say(
+                        "publishing.decide",
+                        "Decide on the page Publishing whether both publish.",
+                    ),
+                )
+            )
+        if listener is not None:
+            for number, a, b in doubled_cameras(listener.publishers, time.monotonic()):
+                found.append(
+                    Warning(
+                        "two-publishers",
+                        say(
+                            "receiving.doubled-camera",
+                            "{a} and {b} both publish camera {number}, with different "
+                            "calibrations.",
+                            a=a.address,
+                            b=b.address,
+                            number=number,
+                        ),
+                        say(
+                            "receiving.stop-one-of-them",
+                            "Only one program may publish a camera: stop one of them.",
+                        ),
+                    )
+                )
         if publisher is not None and listener is not None:
             for other, one in contradictions(
                 listener.publishers, publisher.status.on_air, time.monotonic()
@@ -293,8 +337,34 @@ class PublishingService(RunningPart):
             self._changes, self._damage = saved, ()
             if config != before:
                 self.config = config
+                if not before.enabled or config.address != before.address:
+                    self._looks_first = True
                 if self._running:
                     self._follow(config)
+
+    def publish_anyway(self) -> None:
+        """Publish now, whoever else does."""
+        self._looks_first = False
+        self.wake()
+
+    def geometry_file(self) -> bytes:
+        """Return the cameras that are published, or would be, as a geometry.yml; Conflict where there is none."""
+        cameras = published_cameras(self._active(), self.config, self.packet_camera, self._fields)
+        field = published_field(cameras, self._fields)
+        passed_on = self._passed_on if self.config.pass_on else None
+        packet = geometry_packet(cameras, self._fields, passed_on, self.config.ball_models)
+        if field is None or packet is None:
+            raise Conflict(
+                say("publishing.nothing", "No camera can be published."),
+                say(
+                    "publishing.activate-first",
+                    "Activate a calibration. GET /api/v1/publishing states what excludes a camera.",
+                ),
+                reason="nothing-published",
+            )
+        sent = decode(GeometryPacket, packet).geometry
+        models = sent.models if sent.HasField("models") else None
+        return vision_processor.geometry(field, sent.calib, models).encode()
 
     def status(self) -> JsonObject:
         """Return configuration, state and cameras as JSON; takes as long as approximating new calibrations does."""
@@ -309,8 +379,10 @@ class PublishingService(RunningPart):
             if problem is not None
             else "silent"
             if not any(one.sent for one in cameras)
+            else "asking"
+            if sent.held == "asking"
             else "on-air"
-            if sent.packets
+            if sent.packets and sent.held is None
             else "starting"
         )
         return {
@@ -331,8 +403,9 @@ class PublishingService(RunningPart):
         now_s, fields, problem = time.monotonic(), tuple(self._fields.values()), listener.problem
         sent = PublishStatus() if publisher is None else publisher.status
         packet = decode(GeometryPacket, sent.packet).geometry if sent.packet else None
+        ours = sent.cameras if sent.held else sent.on_air
         items = sorted(
-            (received_json(one, now_s, fields, sent.on_air, packet) for one in listener.publishers),
+            (received_json(one, now_s, fields, ours, packet) for one in listener.publishers),
             key=lambda one: one["id"],
         )
         return {
@@ -408,6 +481,7 @@ class PublishingService(RunningPart):
                 self.packet_camera,
                 self._fields,
                 self._newest_passed_on,
+                self._why_held,
                 self._senders[-1],
             )
         listens = config.absorb or config.enabled  # who publishes must know who else does
@@ -437,13 +511,36 @@ class PublishingService(RunningPart):
     def _is_own(self, address: str, port: int) -> bool:
         return any(sender.is_own_packet(address, port) for sender in self._senders)
 
+    def _others(self, packet: bytes) -> list[RemotePublisher]:
+        """List who sends other geometry than that packet of ours now."""
+        now_s, listener = time.monotonic(), self._listener
+        return [
+            one
+            for one in (() if listener is None else listener.publishers)
+            if one.is_current(now_s) and not says_the_same(one, packet)
+        ]
+
+    def _why_held(self, packet: bytes) -> Held | None:
+        """Say why a packet waits, until it was listened for long enough; from then on it is sent, whoever comes."""
+        if not self._looks_first:
+            return None
+        if self._others(packet):
+            return "asking"
+        listener = self._listener
+        if listener is None or time.monotonic() - listener.since_s < self.config.listen_first_s:
+            return "listening"
+        self._looks_first = False
+        return None
+
     def _newest_passed_on(self) -> PassedOn | None:
         """Return what is passed on, and save it; None where that is switched off."""
         if not self.config.pass_on:
             return None
+        if (publisher := self._publisher) is not None:
+            self._sent_cameras.update(map(sent_values, publisher.status.on_air))
         if (listener := self._listener) is not None:
             self._passed_on = geometry_to_pass_on(
-                listener.publishers, time.monotonic(), self._passed_on
+                listener.publishers, time.monotonic(), self._passed_on, self._sent_cameras
             )
         if (found := self._passed_on) is not None and found.needs_saving(self._saved_passed_on):
             try:

@@ -24,16 +24,25 @@ from touchline.core.statements import named, say, stated
 from touchline.evaluate.approximation import ApproximationError, approximation_error
 from touchline.evaluate.report import report
 from touchline.fitting.contract import corrected_rectangle
-from touchline.formats import FORMATS, camera_file, ssl_settings
+from touchline.formats import FORMATS, camera_file, ssl_settings, ssl_vision, vision_processor
 from touchline.formats.approximation import exact_camera, export_camera
 from touchline.formats.camera_file import LENSES_WITH_FISHEYE, CameraFile, required_size
 from touchline.formats.document import parse
+from touchline.formats.league_file import LeagueFile
+from touchline.formats.numbers import format_error
 from touchline.formats.program_forms import PROGRAMS
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
 from touchline.formats.vision_processor_start import AreaCorners
 from touchline.installation import __version__
 from touchline.models import model_of, parameters_json
 from touchline.models.contract import RECTANGLE_FIELDS
+from touchline.ssl_protocol.protobuf import decode
+from touchline.ssl_protocol.ssl_vision_pb2 import (
+    SSL_GeometryData,
+    SSL_GeometryFieldSize,
+    SSL_GeometryModels,
+    SSL_WrapperPacket,
+)
 from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.turning import turned_calibration
 
@@ -156,6 +165,34 @@ def read_file(
         return settings.camera(entry)
     lens = options.model if options.model in LENSES_WITH_FISHEYE else None
     return camera_file.camera_of(document, data, options.entry, lens, options.size_in_file)
+
+
+def league_field(data: bytes) -> SSL_GeometryFieldSize | None:
+    """Return the field of a geometry packet, a geometry.yml or settings of ssl-vision; None for another file."""
+    found = _league_file(data)
+    if isinstance(found, LeagueFile):
+        return found.sent
+    return None if found is None else found.field
+
+
+def ball_models(data: bytes) -> SSL_GeometryModels | None:
+    """Return the ball models of such a file; None where it has none, BadInput where they are wrong."""
+    found = _league_file(data)
+    if isinstance(found, LeagueFile):
+        return None if found.models is None else found.models()
+    return found.models if found is not None and found.HasField("models") else None
+
+
+def _league_file(data: bytes) -> LeagueFile | SSL_GeometryData | None:
+    if ssl_vision.recognises(data):
+        packet = decode(SSL_WrapperPacket, data)
+        if not packet.HasField("geometry"):
+            raise format_error("The packet contains no field.", "Use a packet with geometry.")
+        return packet.geometry
+    for kind in (vision_processor, ssl_settings):
+        if kind.recognises(data) and (found := kind.league_file(parse(data))) is not None:
+            return found
+    return None
 
 
 def calibration_from_file(

@@ -63,15 +63,24 @@ const etagOf = (/** @type {Response} */ answer) => answer.headers.get("ETag") ??
  * Change some of what is on show; refused where somebody else has changed it since.
  * @param {Record<string, unknown>} wanted
  */
-export async function setPublishing(wanted) {
+export const setPublishing = (wanted) =>
+  change(() =>
+    request("PUT", "/publishing", {
+      json: wanted,
+      headers: seen ? { "If-Match": seen } : {},
+    }),
+  );
+
+/** Publish although another program does. */
+export const confirmPublishing = () => change(() => request("POST", "/publishing/confirm"));
+
+/** @param {() => Promise<Response>} ask which answers with the state */
+async function change(ask) {
   const isNewest = changes.begin();
   underway.value += 1;
   queue = queue.then(async () => {
     try {
-      const answer = await request("PUT", "/publishing", {
-        json: wanted,
-        headers: seen ? { "If-Match": seen } : {},
-      });
+      const answer = await ask();
       seen = etagOf(answer);
       const now = await answer.json();
       if (isNewest()) publishing.value = now;
@@ -83,6 +92,23 @@ export async function setPublishing(wanted) {
   await queue;
   underway.value -= 1;
   await refreshNetwork();
+}
+
+/**
+ * The ball models in a file; null, and the reason shown, where it has none.
+ * @param {File} file
+ * @returns {Promise<import("./types").BallModels | null>}
+ */
+export async function readBallModels(file) {
+  const body = new FormData();
+  body.append("file", file, file.name);
+  try {
+    const answer = await request("POST", "/publishing/ball-models/read", { body });
+    return (await answer.json()).ball_models;
+  } catch (error) {
+    notifyError(error);
+    return null;
+  }
 }
 
 /**

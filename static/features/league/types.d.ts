@@ -15,11 +15,16 @@ export interface Packet {
   calibration: string; exact: boolean; loss: Loss | null; expected: ExpectedError | null; fit_expected: ExpectedError | null;
   level: "good" | "fair" | "poor" | null; asked: boolean; warnings: Notice[]; problem: Trouble | null;
 }
+/** By the packet's names; null: that part is not sent. */
+export interface BallModels {
+  straight_two_phase: { [name: string]: number } | null; chip_fixed_loss: { [name: string]: number } | null;
+}
 /** GET /publishing. */
 export interface Publishing {
   enabled: boolean; absorb: boolean; group: string; port: number; interface: string; ttl: number; interval_s: number; limit_mm: number; pass_on: boolean;
-  passed_on: { address: string; source: string; heard_at: number; models: boolean } | null;
-  state: "off" | "starting" | "on-air" | "silent" | "failing"; problem: Trouble | null;
+  listen_first_s: number; ball_models: BallModels | null;
+  passed_on: { address: string; source: string; heard_at: number; models: boolean; cameras: number[] } | null;
+  state: "off" | "starting" | "asking" | "on-air" | "silent" | "failing"; problem: Trouble | null;
   said: { packets: number; bytes: number; age_s: number | null; failures: number } | null;
   cameras: PublishedCamera[]; interfaces: { name: string; address: string | null }[];
 }
@@ -30,6 +35,7 @@ export interface ReceivedCamera {
 export interface GeometrySender {
   id: string; address: string; port: number; source: string; age_s: number; packets: number; geometries: number; refused: number; refusal: string | null;
   skipped: number; geometry_age_s: number | null; sha256: string | null; problem: Trouble | null; cameras: ReceivedCamera[]; differs: { text: string }[];
+  ball_models: BallModels | null;
   field: { name: string; title: string; length_mm: number; width_mm: number; known: boolean } | null;
 }
 /** GET /publishing/heard. */

@@ -175,10 +175,21 @@ def var(name, value, sign="."):
     return f'<Var name="{name}" type="{kind}">\n{text}\n</Var>\n'
 
 
-def settings(*cameras, sign=".", lines=None, size=(1920, 1080), dimensions=DIMENSIONS, more=""):
+MODELS = {"Straight Two-Phase": {"Switch factor": 0.7}}
+
+
+def settings(
+    *cameras,
+    sign=".",
+    lines=None,
+    size=(1920, 1080),
+    dimensions=DIMENSIONS,
+    models=MODELS,
+    more="",
+):
     lines = LINES if lines is None else lines
     field = {
-        "Models": {"Straight Two-Phase": {"Switch factor": 0.7}},
+        "Models": models,
         **dimensions,
         "Field Lines": {
             name: {"Name": name, "Type": name}
@@ -259,7 +270,8 @@ def test_ssl_visions_camera_sees_as_it_does_whatever_its_decimal_sign(sign):
     )
     np.testing.assert_allclose(projected(found), seen_by_ssl_vision(PLACES, SSL), atol=1e-6)
     assert found.note == (
-        "Imported from settings of ssl-vision. The file's ball models were not read."
+        "Imported from settings of ssl-vision. The file's ball models are not part of a "
+        "calibration: open the file on the page Publishing, too."
     )
 
 

@@ -194,9 +194,11 @@ def test_it_is_heard_and_passed_on_over_the_network_and_kept(tmp_path):
             until(lambda: publishing.status()["passed_on"])
             item = until(
                 lambda: next(
-                    (one for one in publishing.received()["items"] if one["differs"] == []), None
+                    (one for one in publishing.received()["items"] if len(one["differs"]) == 1),
+                    None,
                 )
             )
+            assert "Only you send the cameras with these numbers: 0." in item["differs"][0]["text"]
             assert item["source"] == "vision-processor"
             saved = json.loads(kept.read_bytes())
             assert PassedOn.from_saved(saved, time.time()).packet == theirs

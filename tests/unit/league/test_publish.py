@@ -15,6 +15,7 @@ from tests.support.group_listener import Listener, free_group
 from tests.support.waiting import until
 from touchline.core.errors import BadInput, TouchlineError
 from touchline.core.sentences import marking_name
+from touchline.league.ball_models import BallModels, ChipFixedLoss, StraightTwoPhase
 from touchline.league.live import Publisher
 from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.league.packet_camera import PacketCameraCache, packet_camera
@@ -367,7 +368,10 @@ def test_an_address_is_here_only_where_this_machine_has_it():
 
 def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
     config = PublishingConfig(
-        True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, False, "ssl-div-b", {"a": 1}, {"a": "b"}
+        *(True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, False, 0.0, "ssl-div-b"),
+        BallModels(StraightTwoPhase(-3.0, -0.4, 0.6), ChipFixedLoss(0.5, 0.9, 0.6)),
+        {"a": 1},
+        {"a": "b"},
     )
     assert PublishingConfig.from_json(json.loads(json.dumps(config.to_json()))) == config
     for wrong in (
@@ -380,6 +384,9 @@ def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
         {"group": 7},
         {"numbers": [1]},
         {"ttl": 1e400},
+        {"listen_first_s": 61},
+        {"ball_models": {"straight_two_phase": {"acc_slide": 3, "acc_roll": -1, "k_switch": 0.6}}},
+        {"ball_models": {"chip_fixed_loss": {"damping_z": 0.5}}},
     ):
         with pytest.raises(TouchlineError):
             PublishingConfig.from_json(wrong)

@@ -210,6 +210,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "measure_straightness": _json({"snapshots": [ID], "lens": "auto"}),
     "preview_calibration": _json(FIT),
     "propose_field": _json({"snapshot": ID, "length_mm": 9000.0}),
+    "read_ball_models": {FORM: {"file": "geometry.yml"}},
     "read_field_file": {FORM: {"file": "field.json"}},
     "record_clip": _json({"seconds": 10.0}),
     "refit_field": _json({"cameras": ["north"]}),

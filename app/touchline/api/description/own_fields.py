@@ -60,6 +60,11 @@ OWN_FIELDS = {
     "Arrow FeatureRow ObservationJson": {
         "feature": "border, line, arc or landmark by name, or a field position in mm"
     },
+    "BallModels": {
+        "straight_two_phase": "of a kicked ball; null: not sent",
+        "chip_fixed_loss": "of a chipped ball; null: not sent",
+    },
+    "BallModelsFile": {"ball_models": "the ball models in the file"},
     "BoardRequest": {
         "model": "name of the lens model",
         "camera": "the camera whose lens it is; null: none",
@@ -289,6 +294,7 @@ OWN_FIELDS = {
         "rms_px": "rms distance of the matches from their epipolar lines, px",
     },
     "GeometrySender": {
+        "ball_models": "its ball models, in the packet's names; null: it sends none",
         "cameras": "the cameras of its geometry: position in mm, focal length in px",
         "port": "UDP port of the sender",
         "field": "the field of its geometry: its name, length and width in mm; null: none so far",
@@ -452,14 +458,25 @@ OWN_FIELDS = {
     "Publishing": {
         "cameras": "every camera with an active version",
         "said": "what was sent so far and when; null: publishing is off",
+        "ball_models": "our own, sent if no other publisher's are; null: none",
         "field": "name of the field that is sent; null: that of most cameras",
         "problem": "why nothing can be sent; null: it can",
-        "state": "whether packets are sent now",
+        "state": "whether packets are sent now; asking: another program publishes, POST /publishing/confirm",
+    },
+    "ChipFixedLoss": {
+        "damping_xy_first_hop": "share of its speed along the carpet that is left after the first hop, 0 to 1",
+        "damping_xy_other_hops": "the same of later hops, 0 to 1",
+        "damping_z": "share of its upward speed that is left after a hop, 0 to 1",
     },
     "CheckedPair": {
         "level": "good, fair or poor",
         "median_mm": "median distance on the carpet, mm",
         "max_mm": "greatest distance on the carpet, mm",
+    },
+    "StraightTwoPhase": {
+        "acc_roll": "acceleration of the rolling ball, m/s², negative",
+        "acc_slide": "acceleration of the sliding ball, m/s², negative",
+        "k_switch": "share of its first speed at which it begins to roll, 0 to 1",
     },
     "Range": {"x": "smallest and largest, mm", "y": "smallest and largest, mm"},
     "RankedModel": {

@@ -15,6 +15,8 @@ import {
   saveReceived,
   setPublishing,
 } from "../network.js";
+import { Asking } from "./asking.js";
+import { BallModelSettings } from "./ball_models.js";
 import { SentPlan } from "./sent_plan.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
@@ -26,6 +28,7 @@ import { SentPlan } from "./sent_plan.js";
 const STATES = {
   off: t("network.state.off"),
   starting: t("network.state.starting"),
+  asking: t("network.state.asking"),
   "on-air": t("network.state.on-air"),
   silent: t("network.state.silent"),
   failing: t("network.state.failing"),
@@ -92,18 +95,25 @@ export function PublishingPage() {
           ${it.absorb || it.enabled ? t("network.stop-listening") : t("network.listen")}
         </button>
       </div>
+      ${it.state === "asking" && html`<${Asking} it=${it} />`}
       <${Way} it=${it} />
+      <${BallModelSettings} models=${it.ball_models} />
       <div class="plan-and-table">
         <${SentPlan} all=${it.cameras} error=${receivedError} />
         <${Sent} it=${it} />
       </div>
       ${
         it.passed_on &&
+        isSending(it) &&
         html`<p data-testid="passed-on">
         ${t(it.passed_on.models ? "network.passed-on.models" : "network.passed-on", {
           sender: it.passed_on.address,
           source: it.passed_on.source,
         })}
+        ${
+          it.passed_on.cameras.length > 0 &&
+          t("network.passed-on.cameras", { numbers: it.passed_on.cameras.join(", ") })
+        }
       </p>`
       }
       <${Others} it=${it} />
@@ -186,6 +196,9 @@ function Entry({ name, label, value, type = "number", step = "1", title = "" }) 
   </label>`;
 }
 
+/** Whether packets go out now, and not only would. @param {Publishing} it */
+const isSending = ({ state }) => state === "on-air";
+
 /** At most, where the error itself is not known. @param {PublishedCamera} camera */
 const lossAbove = ({ loss }) =>
   loss ? `≤ ${mm(Math.max(loss.worst_mm, LEAST_MM))}` : t("network.sent.not-known");
@@ -198,7 +211,7 @@ function Sent({ it }) {
   if (!it.cameras.length) return html`<p class="reason">${t("network.sent.nothing")}</p>`;
   return html`<table class="sent">
     <caption>
-      ${it.enabled ? t("network.sent.caption") : t("network.sent.caption-off")}
+      ${t(isSending(it) ? "network.sent.caption" : "network.sent.caption-off")}
     </caption>
     <thead>
       <tr>
@@ -239,7 +252,7 @@ function Sent({ it }) {
           <td>
             ${
               c.published
-                ? html`<span class="sent-mark">${it.enabled ? t("network.sent.sent") : t("network.sent.ready")}</span>`
+                ? html`<span class="sent-mark">${t(isSending(it) ? "network.sent.sent" : "network.sent.ready")}</span>`
                 : html`<em class="approximate">${t("network.sent.left-out")}</em>`
             }
           </td>
