@@ -232,7 +232,7 @@ class PublishingService(RunningPart):
             )
         if publisher is not None and listener is not None:
             for other, one in contradictions(
-                listener.publishers, publisher.status.on_air, time.monotonic()
+                listener.senders, publisher.status.on_air, time.monotonic()
             ):
                 found.append(
                     Warning(
@@ -332,7 +332,7 @@ class PublishingService(RunningPart):
         sent = PublishStatus() if publisher is None else publisher.status
         packet = decode(GeometryPacket, sent.packet).geometry if sent.packet else None
         items = sorted(
-            (received_json(one, now_s, fields, sent.on_air, packet) for one in listener.publishers),
+            (received_json(one, now_s, fields, sent.on_air, packet) for one in listener.senders),
             key=lambda one: one["id"],
         )
         return {
@@ -443,7 +443,7 @@ class PublishingService(RunningPart):
             return None
         if (listener := self._listener) is not None:
             self._passed_on = geometry_to_pass_on(
-                listener.publishers, time.monotonic(), self._passed_on
+                listener.senders, time.monotonic(), self._passed_on
             )
         if (found := self._passed_on) is not None and found.needs_saving(self._saved_passed_on):
             try:
