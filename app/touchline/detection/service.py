@@ -195,11 +195,11 @@ class DetectionService:
         calibration = self._store.calibrations.active(id)
         field = self._field(id) if calibration is None else field_from_json(calibration.field)
         usual_mm = None if field is None else field.hat_height_mm
-        if field is not None and not wears_ssl_pattern(field):
-            return {team: TeamHeight(height_mm=usual_mm).to_json() for team in TEAMS}
+        is_small = field is not None and not wears_ssl_pattern(field)
+        found = dict.fromkeys(TEAMS, TeamHeight()) if is_small else self._referee.teams()
         return {
-            team: {**found.to_json(), "height_mm": found.height_mm or usual_mm}
-            for team, found in self._referee.teams().items()
+            team: {**one.to_json(), "height_mm": one.height_mm or usual_mm}
+            for team, one in found.items()
         }
 
     def team_heights(self) -> Mapping[str, float]:

@@ -53,7 +53,7 @@ class TeamHeight:
     source: Literal["hand", "game-controller"] | None = None
 
     def to_json(self) -> JsonObject:
-        return asdict(self)
+        return {**asdict(self), "known": self.height_mm is not None}
 
 
 def folded(name: str) -> str:

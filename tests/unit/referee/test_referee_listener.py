@@ -136,7 +136,7 @@ def test_one_game_controller_by_two_ways_is_no_second_one():
 
 
 def test_a_gap_begins_anew(there):
-    way, listener = there
+    _, listener = there
     late = GameController("a", 1, 0.0)
     first = listener.accept(late, GOOD)
     again = listener.accept(first, GOOD)

@@ -15,6 +15,7 @@ import {
   saveReceived,
   setPublishing,
 } from "../network.js";
+import { RobotHeights } from "../../referee/panels/robot_heights.js";
 import { SentPlan } from "./sent_plan.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
@@ -108,6 +109,7 @@ export function PublishingPage() {
       }
       <${Others} it=${it} />
     </section>
+    <${RobotHeights} />
   </div>`;
 }
 
