@@ -16,7 +16,7 @@ from touchline.services.forms import Number, Strict
 
 router = APIRouter(prefix="/referee", tags=["publishing"])
 MAX_FILE_BYTES = 1 << 18
-YAML = "text/yaml"
+TEXT = "text/plain"
 
 Text = Annotated[str, Field(max_length=64)]
 TableHeight = response("TableHeight", team=str, height_mm=float, own=bool)
@@ -36,7 +36,9 @@ class TeamChanges(Strict):
     """What is known of a team without a game controller."""
 
     name: Text | None = Field(default=None, description="as in the table")
-    height_mm: Number | None = Field(default=None, description="of its robots; wins over the table")
+    height_mm: Number | None = Field(
+        default=None, description="of its robots, mm; wins over the table"
+    )
 
 
 class RefereeChanges(Strict):
@@ -85,13 +87,13 @@ async def update_referee(
     return await read_referee(services)
 
 
-@router.get("/robot-heights.yml", response_class=Response, responses=files(YAML))
+@router.get("/robot-heights.yml", response_class=Response, responses=files(TEXT))
 @in_thread
 def export_robot_heights(services: ServicesDep) -> Response:
     """Return the table as vision-processor's robot-heights.yml."""
     return Response(
         write_heights(services.part(RefereeService).table),
-        media_type=YAML,
+        media_type=TEXT,
         headers={"Content-Disposition": attachment("robot-heights.yml")},
     )
 
