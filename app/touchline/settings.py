@@ -255,7 +255,7 @@ def unknown_variables(names: Iterable[str]) -> list[str]:
             if first in fields
         ]
         fix = (
-            f"Use {meant[0]}." if len(meant) == 1 else "configs/touchline.yaml lists all settings."
+            f"Use {' or '.join(meant)}." if meant else "configs/touchline.yaml lists all settings."
         )
         warnings.append(f"{name} is not a setting and has no effect. {fix}")
     return warnings
