@@ -200,6 +200,10 @@ CAPABILITIES: Mapping[str, Capability] = {
         site_claims=("touchline.league.service:site_claims",),
         running=("touchline.league.service:PublishingService",),
     ),
+    "referee": Capability(
+        routes=("touchline.referee.routes:router",),
+        running=("touchline.referee.service:RefereeService",),
+    ),
     "report": Capability(
         routes=("touchline.report.routes:router",),
         commands={

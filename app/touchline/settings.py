@@ -29,6 +29,7 @@ Seconds = Annotated[float, Field(gt=0, le=3600, allow_inf_nan=False)]
 Megabytes = Annotated[float, Field(gt=0, le=4096, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]
 FORM = "Write lines of the form name: value, as in configs/touchline.yaml."
+REFEREE_GROUP, REFEREE_PORT = "224.5.23.1", 10003  # the league's usual ones
 MIN_INTERVAL_S, MAX_INTERVAL_S = 0.1, 60.0  # between two packets of geometry
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
@@ -151,6 +152,26 @@ class PublishSettings:
         return asdict(self)
 
 
+class RefereeSettings(_Section):
+    """What the settings file says of the game controller.
+
+    enabled: listen to it; None: while geometry is published or listened to. interface: "" is that of publishing.
+    """
+
+    enabled: bool | None = None
+    group: str = REFEREE_GROUP
+    port: int = REFEREE_PORT
+    interface: str = ""
+
+    @model_validator(mode="after")
+    def _has_an_address(self) -> "RefereeSettings":
+        try:
+            MulticastAddress(self.group, self.port, self.interface)
+        except BadInput as error:
+            raise ValueError(f"{error.what} {error.fix}") from None
+        return self
+
+
 class Settings(BaseSettings):
     """All settings, frozen: what create_app() and the commands work from."""
 
@@ -169,6 +190,7 @@ class Settings(BaseSettings):
     storage: StorageSettings = StorageSettings()
     jobs: JobSettings = JobSettings()
     publish: PublishSettings = PublishSettings()
+    referee: RefereeSettings = RefereeSettings()
     cameras: tuple[CameraSettings, ...] = ()
 
     @model_validator(mode="after")
@@ -236,7 +258,7 @@ def unknown_variables(names: Iterable[str]) -> list[str]:
             if first in fields
         ]
         fix = (
-            f"Use {meant[0]}." if len(meant) == 1 else "configs/touchline.yaml lists all settings."
+            f"Use {' or '.join(meant)}." if meant else "configs/touchline.yaml lists all settings."
         )
         warnings.append(f"{name} is not a setting and has no effect. {fix}")
     return warnings

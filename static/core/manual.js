@@ -13,6 +13,7 @@ export const manualPage = signal({ name: "", text: "", heading: "", asked: 0 });
 /** What explains a panel: page#heading. A test looks up every one of them. @type {Record<string, string>} */
 export const EXPLAINED = {
   "without-clicks": "automatic.md",
+  "robot-heights": "referee.md",
   check: "checking.md",
   checks: "calibrating.md#verify-and-activate",
   tracks: "detection.md#tracks-of-a-rig",

@@ -12,6 +12,7 @@ import { jobs } from "./jobs/index.js";
 import { network } from "./league/index.js";
 import { library } from "./library/index.js";
 import { live } from "./live/index.js";
+import { referee } from "./referee/index.js";
 import { rig } from "./rigs/index.js";
 import { scene } from "./scene/index.js";
 import { settings } from "./settings/index.js";
@@ -48,6 +49,7 @@ export const FEATURES = /** @type {const} */ ([
   jobs,
   library,
   network,
+  referee,
   settings,
 ]);
 

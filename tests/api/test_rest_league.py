@@ -324,7 +324,7 @@ def test_it_says_that_it_listens_once_it_has_joined_the_group(client, way, monke
             may_join.wait(LONG_S)
             super().__init__(address)
 
-    monkeypatch.setattr("touchline.league.live.MulticastReceiver", SlowReceiver)
+    monkeypatch.setattr("touchline.network.listener.MulticastReceiver", SlowReceiver)
     put(client, absorb=True, **way)
     assert not client.get(f"{API}/publishing/heard").json()["listening"]
     may_join.set()

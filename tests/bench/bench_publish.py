@@ -129,7 +129,7 @@ def listening() -> None:
         until(lambda: listener.datagrams >= count)
         after = resource.getrusage(resource.RUSAGE_SELF)
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
-    (sender,) = listener.publishers
+    (sender,) = listener.senders
     listener.close()
     print(
         f"{count} detections of {len(frame)} bytes sent and heard by one process: {1e6 * spent / count:.0f} µs of "

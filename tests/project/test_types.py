@@ -33,6 +33,7 @@ PLANTED = {
     "models": "model_from_json(maybe_name, {})",
     "network.address": "MulticastAddress(mm)",
     "processes.framing": "encode_body(points)",
+    "referee.heights": "folded(mm)",
     "report.page": "data_address(points, name)",
     "rigs.mosaic": "FieldView(mm, name)",
     "scene.shapes": "paint(name)",

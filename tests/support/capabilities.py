@@ -32,6 +32,7 @@ CAPABILITIES = {
         "static/features/league/*",
         "tests/*/test_network*.py",
     ),
+    "referee": ("*referee*", "static/features/referee/*"),
     "report": ("*report*",),
     "rigs": ("*/rig*", "*_rig*", "*/pair*", "*_pair*"),
     "scene": ("*/scene*", "*_scene*"),

@@ -28,11 +28,13 @@ class Before:
         play: str = "region",
         robots: int = 12,
         fill: float = 0.9,
+        terms: str = "",
     ) -> None:
         self.name, self.region = name, region
         self.source = SOURCE.format(seed=seed, play=play, robots=robots, fill=fill).replace(
             REGION, region
         )
+        self.source += terms  # further ones of the address
         self.field = load_fields()["ssl-div-b"]
         self.rendering = simulated_source(self.source, {"ssl-div-b": self.field}).rendering
         self.settings = {"id": name, "source": self.source, "field": "ssl-div-b", "region": region}

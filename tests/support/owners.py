@@ -13,12 +13,19 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "detection": ("detection", "detection.*"),
     "drift": ("drift", "drift.*"),
     "league": ("league", "league.*"),
+    "referee": ("referee", "referee.*"),
     "report": ("report", "report.*"),
     "rigs": ("rigs", "rigs.*"),
     "scene": ("scene", "scene.*"),
     "straight": ("straight", "straight.*"),
 }
-ALLOWED = {("rigs", "drift"), ("fields", "automatic"), ("detection", "league")}
+ALLOWED = {
+    ("rigs", "drift"),
+    ("fields", "automatic"),
+    ("detection", "league"),
+    ("detection", "referee"),
+    ("referee", "league"),
+}
 
 
 def owner(module: str, owners: Mapping[str, tuple[str, ...]] = OWNERS) -> str | None:

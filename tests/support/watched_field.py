@@ -50,6 +50,7 @@ def world(
     shuffled=True,
     gain=1.0,
     speed_mm_s=1500.0,
+    blue_mm=None,
 ) -> Rendering:
     """A camera straight above the whole field, its light coming and going by the drift."""
     field = FIELDS[field]
@@ -60,7 +61,7 @@ def world(
         camera,
         field,
         region,
-        Motion(robots=robots, seed=seed, speed_mm_s=speed_mm_s, shuffled=shuffled),
+        Motion(robots=robots, seed=seed, speed_mm_s=speed_mm_s, shuffled=shuffled, blue_mm=blue_mm),
         Light(gain=gain),
         Sensor(noise=noise),
         Lamps(drift=drift),
@@ -102,8 +103,8 @@ def colour_clicks(rendering: Rendering, time_s=0.0, per_colour=5):
     }
 
 
-def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> StagePipeline:
-    """Learned from at most five clicks a colour in the first frame."""
+def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0, tops_mm=None) -> StagePipeline:
+    """Learned from at most five clicks a colour in the first frame. tops_mm: of teams whose robots are known."""
     pixels = rendering.frame_at(frame, time_s)
     profile = learn_profile("here", [(pixels, colour_clicks(rendering, time_s))])
     field = rendering.field
@@ -113,6 +114,7 @@ def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> StagePipe
         exact_view(rendering.camera),
         field.hat_height_mm,
         field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"],
+        team_z_mm=tops_mm or {},
     )
     return StagePipeline(load_plans()[plan], setting)
 

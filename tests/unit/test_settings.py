@@ -135,7 +135,10 @@ def test_a_variable_that_is_no_setting_is_named_with_the_one_that_was_meant():
             "TOUCHLINES",
         ]
     )
-    assert port == "TOUCHLINE_PORT is not a setting and has no effect. Use TOUCHLINE_SERVER__PORT."
+    assert port == (
+        "TOUCHLINE_PORT is not a setting and has no effect. "
+        "Use TOUCHLINE_SERVER__PORT or TOUCHLINE_REFEREE__PORT."
+    )
     assert (
         other.startswith("TOUCHLINE_SERVICE_HOST is not a setting")
         and "configs/touchline.yaml" in other

@@ -41,6 +41,8 @@ from touchline.workflows.calibration import check_size
 
 # by colour: x, y of a click, or x0, y0, x1, y1 of a box
 Clicks = Mapping[str, Sequence[Sequence[float]]]
+NO_HEIGHTS: Mapping[str, float] = {}
+SMALL_MM = 100.0  # robots lower than that wear two colours, and no SSL pattern
 DETECTING = say("progress.detecting", "Detecting")
 BESIDE_MM = 300.0  # around the field, where a ball or a robot may still be
 MAX_CLICKS = 40  # of one colour
@@ -81,6 +83,7 @@ def detect(
     clicks: Clicks | None = None,
     mm_per_px: float | None = None,
     eye_mm: tuple[float, float, float] | None = None,
+    team_z_mm: Mapping[str, float] = NO_HEIGHTS,
     pictures: Collection[str] = (),
     progress: Progress = no_progress,
     clock: Callable[[], float] | None = None,
@@ -88,7 +91,7 @@ def detect(
     """Detect ball and robots in one picture. Colours are a profile's, or clicked in this picture, or found in it.
 
     mm_per_px: how large things are, where there is no calibration. eye_mm: the camera's position, field mm, given by
-    hand for a model without rays. clock: seconds, to time the stages.
+    hand for a model without rays. team_z_mm: as context_for. clock: seconds, to time the stages.
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size.width * size.height > MAX_PX:
@@ -123,9 +126,10 @@ def detect(
     profile = colour_profile_for(pixels, config, profile, clicks)
     progress(0.4, DETECTING)
     # What is loaded and made at the first frame is no part of a frame's time.
-    pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm).process(pixels)
+    given = (config, size, profile, calibration, mm_per_px, eye_mm, team_z_mm)
+    pipeline_for(*given).process(pixels)
     progress(0.7, DETECTING)
-    pipeline = pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm)
+    pipeline = pipeline_for(*given)
     config = pipeline.config
     return DetectionResult(
         pipeline.process(pixels, clock=clock, pictures=pictures), config, profile
@@ -225,15 +229,26 @@ def context_for(
     calibration: Calibration | None = None,
     mm_per_px: float | None = None,
     eye_mm: tuple[float, float, float] | None = None,
+    team_z_mm: Mapping[str, float] = NO_HEIGHTS,
 ) -> StageContext:
-    """Return the stages' context; a calibration gives places, sizes, heights and where the field is."""
+    """Return the stages' context; a calibration gives places, sizes, heights and where the field is.
+
+    team_z_mm: heights of teams of the Small Size League, which count where the field's robots are as large.
+    """
     if calibration is None:
         return StageContext(size, profile, FieldLocator.flat(size, mm_per_px or 1.0))
     check_size(size, calibration.image_size)
     field = field_from_json(calibration.field)
     view = FieldLocator.of(model_of(calibration), eye_mm)
     ball = field.extras.get("ball", {}).get("radius_mm", 21.5)
-    return StageContext(size, profile, view, field.hat_height_mm, ball, field_area(view, field))
+    tops_mm = team_z_mm if wears_ssl_pattern(field) else {}
+    within = field_area(view, field)
+    return StageContext(size, profile, view, field.hat_height_mm, ball, within, tops_mm)
+
+
+def wears_ssl_pattern(field: Field) -> bool:
+    """Tell whether a field's robots are of the Small Size League's size: smaller ones wear two colours."""
+    return field.hat_height_mm >= SMALL_MM
 
 
 def pipeline_for(
@@ -243,9 +258,10 @@ def pipeline_for(
     calibration: Calibration | None = None,
     mm_per_px: float | None = None,
     eye_mm: tuple[float, float, float] | None = None,
+    team_z_mm: Mapping[str, float] = NO_HEIGHTS,
 ) -> "StagePipeline | RectifiedDetector":
     """Set up the stages of a camera. Conflict no-calibration where corrected pictures are asked for without one."""
-    context = context_for(size, profile, calibration, mm_per_px, eye_mm)
+    context = context_for(size, profile, calibration, mm_per_px, eye_mm, team_z_mm)
     config = with_calibration_sigma(config, calibration)
     if not config.corrected:
         return StagePipeline(config, context)

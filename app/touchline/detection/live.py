@@ -70,6 +70,7 @@ class DetectorState:
     pipeline: StagePipeline | RectifiedDetector
     calibration: Calibration | None
     notes: tuple[str, ...]
+    team_z_mm: Mapping[str, float]
 
 
 class DetectionPart(CameraPart):
@@ -192,22 +193,23 @@ class LiveDetector:
             size,
             request["extent_mm"],
         )
-        if (state := self._state) is None or key != state.key:
+        heights = request["team_z_mm"]
+        if (state := self._state) is None or (key, heights) != (state.key, state.team_z_mm):
             plan, given = StageConfig.from_json(request["plan"]), request["profile"]
-            profile = (
-                ColourProfile.from_json(given)
-                if given
-                else colour_profile_for(taken.frame.pixels, plan)
-            )
+            if given:
+                profile = ColourProfile.from_json(given)
+            elif state is not None and key == state.key:  # other teams do not change the colours
+                profile = state.pipeline.context.profile
+            else:
+                profile = colour_profile_for(taken.frame.pixels, plan)
             notes = (*profile.notes, *(() if calibration else (NO_POSITIONS,)))
             scale = (
                 None
                 if calibration
                 else request["extent_mm"] / (size.width**2 + size.height**2) ** 0.5
             )
-            state = self._state = DetectorState(
-                key, pipeline_for(plan, size, profile, calibration, scale), calibration, notes
-            )
+            pipeline = pipeline_for(plan, size, profile, calibration, scale, team_z_mm=heights)
+            state = self._state = DetectorState(key, pipeline, calibration, notes, heights)
             self._rate.clear()
             self.learned = None if given else replace(profile, name="found").to_json()
         return state

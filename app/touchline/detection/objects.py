@@ -52,9 +52,9 @@ class Markers(Stage):
         )
         if not len(blobs):
             return state
-        z_mm = self._context.robot_z_mm
+        tops_mm = self._context.robot_tops_mm(teams[colour] for colour in blobs.colour.tolist())
         mm2 = blobs.area * np.abs(
-            np.linalg.det(np.nan_to_num(self._context.view.spread(blobs.middle, z_mm)[1]))
+            np.linalg.det(np.nan_to_num(self._context.view.spread(blobs.middle, tops_mm)[1]))
         )
         good = np.flatnonzero(
             (mm2 >= self._options["least_mm2"]) & (mm2 <= self._options["most_mm2"])
@@ -65,7 +65,7 @@ class Markers(Stage):
                     "marker",
                     (float(blobs.middle[i, 0]), float(blobs.middle[i, 1])),
                     teams[int(blobs.colour[i])],
-                    z_mm=z_mm,
+                    z_mm=float(tops_mm[i]),
                     confidence=float(blobs.roundness[i]),
                     area_px=float(blobs.area[i]),
                 )
@@ -205,14 +205,11 @@ class Localise(Stage):
     def run(self, state: FrameState) -> FrameState:
         if self._context.view.model is None or not state.found:
             return state
-        placed = list(state.found)
-        for z_mm in {d.z_mm for d in state.found}:
-            group = [i for i, d in enumerate(state.found) if d.z_mm == z_mm]
-            pixels = np.array([state.found[i].pixel for i in group])
-            places, mm_per_px = self._context.view.spread(pixels, z_mm)
-            for i, place, turns in zip(group, places, mm_per_px, strict=True):
-                placed[i] = self._placed(placed[i], place, turns)
-        return replace(state, found=tuple(placed))
+        found = state.found
+        places, mm_per_px = self._context.view.spread(
+            np.array([d.pixel for d in found]), np.array([d.z_mm for d in found])
+        )
+        return replace(state, found=tuple(map(self._placed, found, places, mm_per_px)))
 
     def _placed(self, found: Detection, place: np.ndarray, mm_per_px: np.ndarray) -> Detection:
         """Left without a place where the line of sight meets nothing."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.errors import BadInput
-from touchline.core.geometry import MAX_COORDINATE, ImageSize, Points
+from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
 from touchline.models import RayModel
 from touchline.ssl_protocol.protobuf import build, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
@@ -271,8 +271,9 @@ class FieldLocator:
     def knows_heights(self) -> bool:
         return self.has_rays or self.eye_mm is not None
 
-    def field_from_raw(self, pixels: Points, z_mm: float = 0.0) -> Points:
-        """(..., 2) px to (..., 2) mm in the plane at z_mm, on the carpet if heights are unknown; NaN out of reach."""
+    def field_from_raw(self, pixels: Points, z_mm: float | Array = 0.0) -> Points:
+        """(..., 2) px to (..., 2) mm in the plane at z_mm, one or (...); on the carpet if heights are unknown; NaN out
+        of reach."""
         pixels = np.asarray(pixels, float)
         if self.model is None:
             return (pixels - np.array(self.image_size.centre)) * (
@@ -282,16 +283,18 @@ class FieldLocator:
         if self.has_rays:
             return self.model.unproject(pixels, z_mm)
         carpet = self.model.field_from_corrected(self.model.corrected_from_raw(pixels))
-        if self.eye_mm is None or not z_mm:
+        if self.eye_mm is None:
             return carpet
         # The line of sight meets height z that share of the way from the carpet to the eye.
-        return carpet + (np.array(self.eye_mm[:2]) - carpet) * (z_mm / self.eye_mm[2])
+        return carpet + (np.array(self.eye_mm[:2]) - carpet) * (
+            np.asarray(z_mm)[..., None] / self.eye_mm[2]
+        )
 
-    def spread(self, pixels: Points, z_mm: float = 0.0) -> tuple[Points, Jacobians]:
-        """Places of (n, 2) pixels, and the derivative of (x, y) mm by (x, y) px."""
+    def spread(self, pixels: Points, z_mm: float | Array = 0.0) -> tuple[Points, Jacobians]:
+        """Places of (n, 2) pixels at z_mm, one or (n,), and the derivative of (x, y) mm by (x, y) px."""
         pixels = np.asarray(pixels, float).reshape(-1, 2)
         steps = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)]) * _STEP_PX
-        found = self.field_from_raw(pixels[:, None] + steps, z_mm)
+        found = self.field_from_raw(pixels[:, None] + steps, np.asarray(z_mm)[..., None])
         across, down = (
             (found[:, 1] - found[:, 2]) / (2 * _STEP_PX),
             (found[:, 3] - found[:, 4]) / (2 * _STEP_PX),

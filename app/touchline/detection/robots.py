@@ -238,15 +238,20 @@ class SslRobots(Stage):
         blobs = state.blobs.only(np.isin(state.blobs.colour, list(teams)))
         if not len(blobs):
             return state
-        view, z_mm = self._context.view, self._context.robot_z_mm
-        places, mm_per_px = view.spread(blobs.middle, z_mm)
+        tops_mm = self._context.robot_tops_mm(teams[colour] for colour in blobs.colour.tolist())
+        places, mm_per_px = self._context.view.spread(blobs.middle, tops_mm)
         area_mm2 = blobs.area * np.abs(np.linalg.det(np.nan_to_num(mm_per_px)))
         low, high = (self._options[name] * _TEAM_DOT_MM2 for name in ("least_size", "most_size"))
         fits = np.isfinite(places).all(axis=1) & (area_mm2 >= low) & (area_mm2 <= high)
         fits[np.flatnonzero(fits)[_MAX_ROBOTS * 4 :]] = False
         if not fits.any():
             return state
-        blobs, places, mm_per_px = blobs.only(fits), places[fits], mm_per_px[fits]
+        blobs, places, mm_per_px, tops_mm = (
+            blobs.only(fits),
+            places[fits],
+            mm_per_px[fits],
+            tops_mm[fits],
+        )
         found = patterns_at(
             state.clean, blobs.middle, mm_per_px, unmixing(self._pink, self._green, state.light)
         )
@@ -255,7 +260,9 @@ class SslRobots(Stage):
         middles = blobs.middle + np.einsum("nij,nj->ni", px_per_mm, found.middle)
         return state.with_found(
             *(
-                self._robot(found, i, teams[int(blobs.colour[i])], middles[i], blobs, z_mm)
+                self._robot(
+                    found, i, teams[int(blobs.colour[i])], middles[i], blobs, float(tops_mm[i])
+                )
                 for i in chosen
             )
         )

@@ -149,6 +149,7 @@ DetectionSettings = response(
     health=list[JsonObject],
     publish=bool,
     published=JsonObject,
+    teams=JsonObject,
 )
 Colours = response(
     "Colours", name=str, profile=JsonObject, health=list[JsonObject], used_by=list[str]
@@ -255,6 +256,7 @@ async def _detect(
             clicks=body.clicks,
             mm_per_px=body.mm_per_px,
             eye_mm=body.eye,
+            team_z_mm=services.part(DetectionService).team_heights(),
             pictures=() if stage == WHOLE else (stage,),
             progress=progress,
             clock=time.perf_counter,
@@ -311,6 +313,7 @@ def _settings(services: Services, id: str) -> Json:
             "profile": profile,
             "learned": learned,
             "health": health_json(profile),
+            "teams": detection.teams(id),
             "published": {
                 "packets": feed.packets if feed is not None else 0,
                 "problem": None if problem is None else problem.to_json(),

@@ -27,6 +27,7 @@ from touchline.detection.detect import (
     detection_json,
     detections_image,
     pipeline_for,
+    wears_ssl_pattern,
 )
 from touchline.detection.profile import ColourProfile, ProfileJson
 from touchline.detection.records import Detection
@@ -39,10 +40,11 @@ from touchline.live.camera import LiveCamera
 from touchline.live.camera_feed import CameraFeed
 from touchline.live.streams import Viewer
 from touchline.processes.framing import decode_body, split_body
+from touchline.referee.heights import TEAMS, TeamHeight
+from touchline.referee.service import RefereeService
 from touchline.services.container import Services
 
 UNSET = "unset"  # the ETag of settings that nobody has saved yet
-SMALL_MM = 100.0  # robots lower than that wear two colours, and no SSL pattern
 FIELD_SHARE = 0.9  # of the picture's diagonal, about
 DEFAULT_EXTENT_MM = 5000.0  # where not even the field is known
 OFF: dict[str, Any] = {
@@ -52,6 +54,7 @@ OFF: dict[str, Any] = {
     "publish": False,
     "camera_number": 0,
     "extent_mm": 1.0,
+    "team_z_mm": {},
 }
 INPUT_FPS = 20.0  # of each camera that go in: the server's own thread reads them
 INTERVAL_S = 0.05
@@ -66,6 +69,7 @@ class DetectionService:
     def __init__(self, services: Services) -> None:
         self._store, self._cameras, self._fields = services.store, services.cameras, services.fields
         self._publishing = services.part(PublishingService)
+        self._referee = services.part(RefereeService)
 
     def settings(self, id: str) -> tuple[dict[str, Any], str]:
         """Return {"on", "plan", "colours", "profile", "publish"} of a camera, and its ETag; NotFound."""
@@ -181,9 +185,26 @@ class DetectionService:
                 "publish": settings["publish"] and settings["on"],
                 "camera_number": self._number(id, calibration),
                 "extent_mm": self._extent_mm(id),
+                "team_z_mm": self._referee.heights(),
             }
         except (TouchlineError, KeyError):
             return dict(OFF)
+
+    def teams(self, id: str) -> JsonObject:
+        """Return blue's and yellow's robots as this camera takes them: team, entry, height_mm, source."""
+        calibration = self._store.calibrations.active(id)
+        field = self._field(id) if calibration is None else field_from_json(calibration.field)
+        usual_mm = None if field is None else field.hat_height_mm
+        is_small = field is not None and not wears_ssl_pattern(field)
+        found = dict.fromkeys(TEAMS, TeamHeight()) if is_small else self._referee.teams()
+        return {
+            team: {**one.to_json(), "height_mm": one.height_mm or usual_mm}
+            for team, one in found.items()
+        }
+
+    def team_heights(self) -> Mapping[str, float]:
+        """Return the heights of the teams whose robots are known."""
+        return self._referee.heights()
 
     def saved_frame_settings(self, id: str) -> dict[str, Any]:
         """Return "plan", "profile" and "extent_mm" for saved frames of a camera; defaults if it was removed."""
@@ -225,7 +246,7 @@ class DetectionService:
 
     def _default_plan(self, id: str) -> str:
         field = self._field(id)
-        return "vsss" if field is not None and field.hat_height_mm < SMALL_MM else "ssl"
+        return "ssl" if field is None or wears_ssl_pattern(field) else "vsss"
 
     def _extent_mm(self, id: str) -> float:
         field, region = self._field(id), self._cameras.get(id).region
@@ -269,7 +290,8 @@ class DetectionFeed(CameraFeed):
         self.follow(self._service.process_settings(self.camera))
 
     def follow(self, request: Mapping[str, Any]) -> None:
-        """Detect this from now on: {"on", "plan", "profile", "publish", "camera_number", "extent_mm"}."""
+        """Detect this from now on: {"on", "plan", "profile", "publish", "camera_number", "extent_mm",
+        "team_z_mm"}."""
         if dict(request) == dict(self.request):
             return
         if (request["plan"], request["profile"]) != (self.request["plan"], self.request["profile"]):
@@ -489,7 +511,8 @@ def detect_in_clip(
         else colour_profile_for(frame.pixels, plan)
     )
     mm_per_px = None if calibration else settings["extent_mm"] / math.hypot(*frame.size)
-    pipeline = pipeline_for(plan, frame.size, profile, calibration, mm_per_px)
+    heights = services.part(DetectionService).team_heights()
+    pipeline = pipeline_for(plan, frame.size, profile, calibration, mm_per_px, team_z_mm=heights)
     head, pictures = clip.frames[number], () if stage == DRAWN else (stage,)
     result = pipeline.process(
         frame.pixels,

@@ -18,7 +18,7 @@ A pipeline belongs to one camera at one size, and keeps its stages' state; one t
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
@@ -41,8 +41,9 @@ Picture = NDArray[np.uint8]  # (height, width, 3) BGR
 class StageContext:
     """What stays the same from frame to frame.
 
-    view: from pixels to places, at any height. robot_z_mm: of the robots' patterns above the carpet. within: (height,
-    width) 255 where anything is looked for, 0 elsewhere; None looks everywhere.
+    view: from pixels to places, at any height. robot_z_mm: of the robots' patterns above the carpet; team_z_mm: of
+    those teams' whose robots are known. within: (height, width) 255 where anything is looked for, 0 elsewhere; None
+    looks everywhere.
     """
 
     image_size: ImageSize
@@ -51,6 +52,11 @@ class StageContext:
     robot_z_mm: float = 150.0
     ball_radius_mm: float = 21.5
     within: NDArray[np.uint8] | None = None
+    team_z_mm: Mapping[str, float] = field(default_factory=dict)
+
+    def robot_tops_mm(self, teams: Iterable[str | None]) -> NDArray[np.float64]:
+        """Return the height of each team's robots, (n,) mm."""
+        return np.array([self.team_z_mm.get(team or "", self.robot_z_mm) for team in teams])
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +110,8 @@ class Stage(ABC):
         if not robots:
             return drawn
         middles = np.array([robot.pixel for robot in robots])
-        px_per_mm = np.linalg.inv(self._context.view.spread(middles, self._context.robot_z_mm)[1])
+        tops_mm = np.array([robot.z_mm for robot in robots])
+        px_per_mm = np.linalg.inv(self._context.view.spread(middles, tops_mm)[1])
         for robot, (x, y), turn in zip(robots, middles, px_per_mm, strict=True):
             paint = NAMES.get(robot.team or "", (255, 255, 255))
             at = (round(x), round(y))

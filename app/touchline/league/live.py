@@ -1,8 +1,6 @@
 """Two threads on the league's multicast group: one sends our geometry, one keeps the newest of other publishers.
 
-Geometry is sent every few seconds, and at once after a change; failures are retried. Anybody may send to the group, so
-everything that is received is bounded: how many senders are remembered, how much time their packets may take, how long
-a packet is. What is no whole packet is counted and ignored.
+Geometry is sent every few seconds, and at once after a change; failures are retried.
 """
 
 import logging
@@ -28,27 +26,14 @@ from touchline.league.packet import (
     published_cameras,
 )
 from touchline.league.received import RemotePublisher
-from touchline.network.address import MulticastAddress
-from touchline.network.multicast import (
-    Datagram,
-    MulticastReceiver,
-    MulticastSender,
-)
+from touchline.network.listener import JOIN_S, MulticastListener
+from touchline.network.multicast import MulticastSender
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket
 
 log = logging.getLogger("touchline")
 RETRY_S = 1.0  # after a failure, or sooner where the interval of publishing is shorter
-JOIN_S = 5.0
-MAX_SENDERS = 32
 MAX_CAMERAS = 64  # of one sender; the league has at most eight
-RECEIVE_S = 0.25
-# of silence: an interface that came back, or a switch that lost us, needs a new join
-REJOIN_S = 5.0
-# of one core's time for decoding: all senders together, and one
-CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05
-PAUSE_S = 0.002  # between packets that are skipped: a flood must not occupy the process
-FORGET_S = 600.0
 HELD_S = 0.25  # between two looks at whether it may be sent now
 # why a packet is not sent yet: who else sends is not known yet, or is and somebody has to decide
 Held = Literal["listening", "asking"]
@@ -166,140 +151,33 @@ class Publisher:
         return replace(before, failures=before.failures + 1, problem=problem, cameras=cameras)
 
 
-class _Budget:
-    """A token bucket of CPU time: a share of each second, at most one second's in advance."""
+class GeometryListener(MulticastListener[RemotePublisher]):
+    """Keeps the newest geometry of each sender."""
 
-    def __init__(self, share: float) -> None:
-        self._share, self._left, self._at = share, share, time.monotonic()
+    NAME = "geometry listener"
 
-    def has(self) -> bool:
-        now = time.monotonic()
-        self._left = min(self._share, self._left + (now - self._at) * self._share)
-        self._at = now
-        return self._left > 0
+    def first(self, address: str, port: int, now_s: float) -> RemotePublisher:
+        return RemotePublisher(address, port, now_s)
 
-    def spend(self, seconds: float) -> None:
-        self._left -= seconds
+    def is_useful(self, sender: RemotePublisher) -> bool:
+        return sender.geometry is not None
 
-
-class GeometryListener:
-    """A thread that listens until it is closed. own: recognises our own packets by address and port."""
-
-    def __init__(
-        self,
-        address: MulticastAddress,
-        own: Callable[[str, int], bool] = lambda address, port: False,
-    ) -> None:
-        self.address = address
-        self.problem: TouchlineError | None = None
-        self.since_s = time.monotonic()
-        self.datagrams = self.own = 0
-        self._is_own = own
-        self._publishers: dict[tuple[str, int], RemotePublisher] = {}
-        self._budgets: dict[tuple[str, int], _Budget] = {}
-        self._budget = _Budget(CPU_SHARE)
-        self._lock = threading.Lock()
-        self._ended = threading.Event()
-        self.joined = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="geometry listener", daemon=True)
-        self._thread.start()
-
-    @property
-    def publishers(self) -> tuple[RemotePublisher, ...]:
-        """Everybody who sent lately, with each one's newest geometry; a new one once its first packet was read."""
-        with self._lock:
-            return tuple(publisher for publisher in self._publishers.values() if publisher.packets)
-
-    def get(self, id: str) -> RemotePublisher | None:
-        return next((sender for sender in self.publishers if sender.id == id), None)
-
-    def close(self) -> None:
-        self._ended.set()
-        self._thread.join(JOIN_S)
-
-    def _run(self) -> None:
-        while not self._ended.is_set():
-            try:
-                self._listen()
-            except TouchlineError as refused:
-                self.problem = refused
-            except OSError as error:
-                self.problem = self.address.network_error(error)
-            except Exception:
-                log.exception("the group could not be listened to")
-                self.problem = Unavailable(
-                    say("receiving.failed", "The multicast group cannot be received."),
-                    TRIES_AGAIN,
-                    reason="absorbing-failed",
-                )
-            self._ended.wait(RETRY_S)
-
-    def _listen(self) -> None:
-        receiver = MulticastReceiver(self.address)
-        try:
-            self.problem = None
-            self.joined.set()
-            last_s = time.monotonic()
-            while not self._ended.is_set():
-                datagram = receiver.receive(RECEIVE_S)
-                now = time.monotonic()
-                if datagram is not None:
-                    self._receive(datagram)
-                    last_s = now
-                elif now - last_s > REJOIN_S:
-                    # before the old one goes, so that nothing is missed
-                    fresh = MulticastReceiver(self.address)
-                    receiver.close()
-                    receiver, last_s = fresh, now
-        finally:
-            receiver.close()
-
-    def _receive(self, datagram: Datagram) -> None:
-        self.datagrams += 1
-        if self._is_own(datagram.address, datagram.port):
-            self.own += 1
-            return
-        key, now = (datagram.address, datagram.port), time.monotonic()
-        before = self._publishers.get(key) or self._add(key, now)
-        before = replace(before, packets=before.packets + 1, last_s=now)
-        budget = self._budgets[key]
-        if budget.has() and self._budget.has():
-            begun = time.thread_time()  # CPU time, so that a busy machine ignores nobody
-            after = self._read(before, datagram.data)
-            spent = time.thread_time() - begun
-            budget.spend(spent)
-            self._budget.spend(spent)
-        else:
-            after = replace(before, skipped=before.skipped + 1)
-            self._ended.wait(PAUSE_S)
-        with self._lock:
-            self._publishers[key] = after
-
-    def _read(self, sender: RemotePublisher, data: bytes) -> RemotePublisher:
-        try:
-            if not data:
-                raise BadInput(
-                    say("packet.empty", "The packet is empty."),
-                    say("packet.send", "Send a packet."),
-                    reason="bad-protobuf",
-                )
-            packet = decode(GeometryPacket, data)
-            if not packet.HasField("geometry"):
-                return replace(
-                    sender, source=packet.source if packet.HasField("source") else sender.source
-                )
-            if len(packet.geometry.calib) > MAX_CAMERAS:
-                raise BadInput(
-                    say(
-                        "packet.too-many-cameras",
-                        "The packet has {cameras} cameras, which is too many.",
-                        cameras=len(packet.geometry.calib),
-                    ),
-                    say("packet.fewer-cameras", "Send fewer cameras."),
-                    reason="bad-protobuf",
-                )
-        except BadInput as refused:
-            return replace(sender, refused=sender.refused + 1, refusal=refused.what)
+    def accept(self, sender: RemotePublisher, data: bytes) -> RemotePublisher:
+        packet = decode(GeometryPacket, data)
+        if not packet.HasField("geometry"):
+            return replace(
+                sender, source=packet.source if packet.HasField("source") else sender.source
+            )
+        if len(packet.geometry.calib) > MAX_CAMERAS:
+            raise BadInput(
+                say(
+                    "packet.too-many-cameras",
+                    "The packet has {cameras} cameras, which is too many.",
+                    cameras=len(packet.geometry.calib),
+                ),
+                say("packet.fewer-cameras", "Send fewer cameras."),
+                reason="bad-protobuf",
+            )
         return replace(
             sender,
             geometries=sender.geometries + 1,
@@ -309,23 +187,3 @@ class GeometryListener:
             geometry_s=time.monotonic(),
             geometry_at=time.time(),
         )
-
-    def _add(self, key: tuple[str, int], now: float) -> RemotePublisher:
-        """Add a sender; evict the silent, else those without geometry, else who was silent longest."""
-        with self._lock:
-            for other, publisher in list(self._publishers.items()):
-                if now - publisher.last_s > FORGET_S:
-                    self._forget(other)
-            while len(self._publishers) >= MAX_SENDERS:
-                self._forget(min(self._publishers, key=self._worth))
-            self._publishers[key] = RemotePublisher(*key, now)
-            self._budgets[key] = _Budget(CPU_SHARE_PER_SENDER)
-            return self._publishers[key]
-
-    def _worth(self, key: tuple[str, int]) -> tuple[bool, float]:
-        """Order senders by what it costs to forget them, the least first."""
-        publisher = self._publishers[key]
-        return publisher.geometry is not None, publisher.last_s
-
-    def _forget(self, key: tuple[str, int]) -> None:
-        del self._publishers[key], self._budgets[key]

@@ -12,6 +12,7 @@ from touchline.formats.ssl_field import field_from_wire, markings_alone
 from touchline.formats.ssl_vision import camera_from_wire
 from touchline.league.ball_models import BallModels
 from touchline.league.packet import PassedOn, PublishedCamera
+from touchline.network.listener import RemoteSender
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     GeometryPacket,
@@ -37,26 +38,15 @@ CameraValues = tuple[tuple[str, object], ...]
 
 
 @dataclass(frozen=True)
-class RemotePublisher:
-    """One sender. data: its newest whole packet with geometry, as received; times are time.monotonic()."""
+class RemotePublisher(RemoteSender):
+    """One sender. data: its newest whole packet with geometry, as received; geometry_s: time.monotonic()."""
 
-    address: str
-    port: int
-    last_s: float
-    packets: int = 0
     geometries: int = 0
-    refused: int = 0
-    refusal: str = ""  # why the last of the refused was
-    skipped: int = 0
     source: int = 0
     geometry: SSL_GeometryData | None = None
     data: bytes = b""
     geometry_s: float = 0.0
     geometry_at: float = 0.0  # unix s, for people
-
-    @property
-    def id(self) -> str:
-        return f"{self.address}-{self.port}"
 
     @property
     def source_name(self) -> str:

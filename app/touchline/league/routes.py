@@ -179,6 +179,8 @@ async def update_publishing(
     await services.run_in_thread(
         publishing.change, body.model_dump(exclude_unset=True), etag=if_match
     )
+    for part in services.running_parts:  # the game controller is listened to on the same network
+        await services.run_in_thread(part.wake)
     # their detections go by the same numbers
     for camera in await services.run_in_thread(services.cameras.all):
         services.live.refresh(camera.id)

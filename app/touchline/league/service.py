@@ -5,10 +5,9 @@ import logging
 import threading
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from touchline.core.errors import BadInput, Conflict, NotFound, TouchlineError
+from touchline.core.errors import Conflict, NotFound, TouchlineError
 from touchline.core.json_values import JsonObject, number
 from touchline.core.records import Calibration, Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
@@ -39,10 +38,11 @@ from touchline.network.address import interfaces
 from touchline.network.multicast import MulticastSender
 from touchline.services.container import IsAbandoned, Services
 from touchline.services.running_part import RunningPart
+from touchline.services.saved_settings import SavedSettings, read_object
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket
 from touchline.store.files import write_atomically
-from touchline.store.repository import check_etag, content_etag
+from touchline.store.repository import check_etag
 
 FILE = "publishing.json"
 RECEIVED_FILE = "heard-geometry.json"  # what another publisher's geometry adds to ours
@@ -174,14 +174,17 @@ class PublishingService(RunningPart):
 
     def __init__(self, services: Services) -> None:
         settings, store = services.settings, services.store
-        self._from_file = settings.publish
-        self._path, self._received_path = settings.data / FILE, settings.data / RECEIVED_FILE
+        self._received_path = settings.data / RECEIVED_FILE
         self._failures, self._references = store.failures, store.references
         self._active, self._fields = services.cameras.active_calibrations, services.fields
         self._lock = threading.Lock()
-        self._damage: tuple[Warning, ...] = ()
-        self._changes: JsonObject = {}
-        self.config = self._read_config()
+        self._settings = SavedSettings(
+            settings.data / FILE,
+            settings.publish.to_json(),
+            PublishingConfig,
+            self._failures,
+            MERGED,
+        )
         self.packet_camera = PacketCameraCache()
         self._passed_on = self._saved_passed_on = self._read_passed_on()
         self._sent_cameras: set[CameraValues] = set()
@@ -193,6 +196,10 @@ class PublishingService(RunningPart):
         self._publisher: Publisher | None = None
         self._listener: GeometryListener | None = None
         self._running = False
+
+    @property
+    def config(self) -> PublishingConfig:
+        return self._settings.config
 
     def start(self) -> None:
         with self._lock:
@@ -216,7 +223,8 @@ class PublishingService(RunningPart):
     def warnings(self) -> tuple[Warning, ...]:
         """What an operator should see on every page: nothing goes out, or two publishers contradict each other."""
         publisher, listener = self._publisher, self._listener
-        found = [*self._damage]
+        # nothing is sent until somebody has looked
+        found = [_damaged(self._settings.path.name)] if self._settings.is_damaged else []
         if publisher is not None and (problem := publisher.status.problem) is not None:
             found.append(
                 Warning(
@@ -256,7 +264,7 @@ class PublishingService(RunningPart):
                 )
             )
         if listener is not None:
-            for number, a, b in doubled_cameras(listener.publishers, time.monotonic()):
+            for number, a, b in doubled_cameras(listener.senders, time.monotonic()):
                 found.append(
                     Warning(
                         "two-publishers",
@@ -276,7 +284,7 @@ class PublishingService(RunningPart):
                 )
         if publisher is not None and listener is not None:
             for other, one in contradictions(
-                listener.publishers, publisher.status.on_air, time.monotonic()
+                listener.senders, publisher.status.on_air, time.monotonic()
             ):
                 found.append(
                     Warning(
@@ -307,7 +315,7 @@ class PublishingService(RunningPart):
     @property
     def etag(self) -> str:
         """The ETag of the settings."""
-        return content_etag(self.config.to_json())
+        return self._settings.etag
 
     def change(self, changes: JsonObject, etag: str | None = None) -> None:
         """Save and follow; BadInput, NotFound, or NetworkError for what this network does not carry now.
@@ -321,7 +329,7 @@ class PublishingService(RunningPart):
             before = self.config
             check_etag(
                 etag,
-                content_etag(before.to_json()),
+                self.etag,
                 say(
                     "stale.publishing",
                     "Another user has changed the publishing settings since you opened them.",
@@ -329,14 +337,10 @@ class PublishingService(RunningPart):
                 "stale-publishing",
                 before.to_json(),
             )
-            saved = self._merged(changes)
-            config = PublishingConfig.from_json({**self._from_file.to_json(), **saved})
+            saved, config = self._settings.after(changes)
             self._check_network(config)
-            with self._failures.noted("The setting"):
-                write_atomically(self._path, json.dumps(saved, indent=1).encode())
-            self._changes, self._damage = saved, ()
+            self._settings.save(saved, config)
             if config != before:
-                self.config = config
                 if not before.enabled or config.address != before.address:
                     self._looks_first = True
                 if self._running:
@@ -405,7 +409,7 @@ class PublishingService(RunningPart):
         packet = decode(GeometryPacket, sent.packet).geometry if sent.packet else None
         ours = sent.cameras if sent.held else sent.on_air
         items = sorted(
-            (received_json(one, now_s, fields, ours, packet) for one in listener.publishers),
+            (received_json(one, now_s, fields, ours, packet) for one in listener.senders),
             key=lambda one: one["id"],
         )
         return {
@@ -491,15 +495,6 @@ class PublishingService(RunningPart):
         if listens and self._listener is None:
             self._listener = GeometryListener(config.address, self._is_own)
 
-    def _merged(self, changes: JsonObject) -> JsonObject:
-        """Return what is saved after the changes; a mapping by camera is merged with the one that holds now."""
-        saved: JsonObject = {**self._changes, **changes}
-        for name in MERGED:
-            if name in changes:
-                merged = {**getattr(self.config, name), **saved[name]}
-                saved[name] = {key: value for key, value in merged.items() if value is not None}
-        return saved
-
     def _check_network(self, config: PublishingConfig) -> None:
         """NetworkError where this network cannot do now what the configuration newly switches on."""
         now, moved = self.config, config.address != self.config.address
@@ -516,7 +511,7 @@ class PublishingService(RunningPart):
         now_s, listener = time.monotonic(), self._listener
         return [
             one
-            for one in (() if listener is None else listener.publishers)
+            for one in (() if listener is None else listener.senders)
             if one.is_current(now_s) and not says_the_same(one, packet)
         ]
 
@@ -540,7 +535,7 @@ class PublishingService(RunningPart):
             self._sent_cameras.update(map(sent_values, publisher.status.on_air))
         if (listener := self._listener) is not None:
             self._passed_on = geometry_to_pass_on(
-                listener.publishers, time.monotonic(), self._passed_on, self._sent_cameras
+                listener.senders, time.monotonic(), self._passed_on, self._sent_cameras
             )
         if (found := self._passed_on) is not None and found.needs_saving(self._saved_passed_on):
             try:
@@ -561,33 +556,9 @@ class PublishingService(RunningPart):
 
     def _read_passed_on(self) -> PassedOn | None:
         try:
-            return PassedOn.from_saved(_read_object(self._received_path), time.time())
+            return PassedOn.from_saved(read_object(self._received_path), time.time())
         except (ValueError, RecursionError, OSError):
             return None
-
-    def _read_config(self) -> PublishingConfig:
-        """Read what was saved. A damaged file is left as it is, and nothing is sent until somebody has looked."""
-        try:
-            self._changes = _read_object(self._path)
-            return PublishingConfig.from_json({**self._from_file.to_json(), **self._changes})
-        except (BadInput, ValueError, RecursionError, OSError):
-            self._changes = {}
-            self._damage = (
-                Warning(
-                    "publishing-damaged",
-                    say(
-                        "publishing.damaged",
-                        "{file} in the data folder cannot be read. Nothing is published.",
-                        file=self._path.name,
-                    ),
-                    say(
-                        "publishing.restore-settings",
-                        "Enter the publishing settings again, or "
-                        "correct the file and restart the server.",
-                    ),
-                ),
-            )
-            return PublishingConfig()
 
 
 async def packet_claims(
@@ -621,10 +592,16 @@ def _left_out(cameras: Iterable[PublishedCamera]) -> list[Warning]:
     ]
 
 
-def _read_object(path: Path) -> JsonObject:
-    if not path.exists():
-        return {}
-    value = json.loads(path.read_bytes())
-    if not isinstance(value, dict):
-        raise ValueError
-    return value
+def _damaged(file: str) -> Warning:
+    return Warning(
+        "publishing-damaged",
+        say(
+            "publishing.damaged",
+            "{file} in the data folder cannot be read. Nothing is published.",
+            file=file,
+        ),
+        say(
+            "publishing.restore-settings",
+            "Enter the publishing settings again, or correct the file and restart the server.",
+        ),
+    )

@@ -26,7 +26,7 @@ class RunningPart:
         self.close()
 
     def wake(self) -> None:
-        """Note that an active calibration, a camera or a field is another now."""
+        """Note that an active calibration, a camera, a field or the settings of publishing are others now."""
 
     @property
     def warnings(self) -> Sequence[Warning]:

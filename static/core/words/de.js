@@ -19,6 +19,7 @@ import library from "./de/library.js";
 import live from "./de/live.js";
 import markings from "./de/markings.js";
 import network from "./de/network.js";
+import referee from "./de/referee.js";
 import rig from "./de/rig.js";
 import rolling from "./de/rolling.js";
 import scene from "./de/scene.js";
@@ -58,6 +59,7 @@ export const messages = {
   ...live,
   ...markings,
   ...network,
+  ...referee,
   ...rig,
   ...rolling,
   ...scene,

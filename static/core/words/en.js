@@ -19,6 +19,7 @@ import library from "./en/library.js";
 import live from "./en/live.js";
 import markings from "./en/markings.js";
 import network from "./en/network.js";
+import referee from "./en/referee.js";
 import rig from "./en/rig.js";
 import rolling from "./en/rolling.js";
 import scene from "./en/scene.js";
@@ -49,6 +50,7 @@ export default {
   ...live,
   ...markings,
   ...network,
+  ...referee,
   ...rig,
   ...rolling,
   ...scene,

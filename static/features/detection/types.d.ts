@@ -14,6 +14,7 @@ export interface ColourHealth { colour: string; margin: number | null; words: st
 export interface DetectionState {
   camera: string; on: boolean; plan: Plan; colours: string | null; profile: Profile | null; learned: "clicks" | "picture" | null; health: ColourHealth[];
   publish: boolean; published: { packets: number; problem: { reason: string; what: string; fix: string } | null };
+  teams: Record<import("../referee/types").Team, import("../referee/types").TeamHeight>;
 }
 /** What an operator sets. profile: this camera's own, null where it shares or finds one. */
 export interface DetectionSettings { on: boolean; plan: Plan; colours: string | null; profile: Profile | null; publish: boolean }

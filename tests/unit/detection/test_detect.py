@@ -9,6 +9,7 @@ from tests.support.sim_truth import truth_at
 from tests.support.watched_field import calibration_of, colour_clicks, world
 from touchline.core.errors import Cancelled, TouchlineError
 from touchline.detection.detect import context_for, detect, detections_image
+from touchline.detection.profile import ColourProfile
 from touchline.detection.stages import StageConfig
 from touchline.detection.store import load_plan, load_plans
 
@@ -168,3 +169,54 @@ def test_what_is_drawn_is_drawn_where_it_was_found(match, pixels, calibration):
         x, y = map(round, item.pixel)
         near[max(y - 45, 0) : y + 45, max(x - 45, 0) : x + 60] = True
     assert changed.any() and not (changed & ~near).any()
+
+
+LOW_MM = 90.0  # as ibis' robots, on a field whose robots have 150
+
+
+@pytest.fixture(scope="module")
+def low():
+    """A match in which the blue robots are lower than the field says: (its truth, a frame)."""
+    match = world(drift=0.0, noise=3.0, blue_mm=LOW_MM)
+    return match, match.frame_at(0, 0.0)
+
+
+@pytest.mark.parametrize("corrected", [False, True])
+def test_a_teams_robots_are_where_they_are_at_the_height_of_that_team(low, calibration, corrected):
+    match, pixels = low
+    plan = StageConfig.from_json({**PLAN.to_json(), "corrected": corrected})
+    truth = {(r.team, r.number): r for r in truth_at(match, 0.0).robots}
+    edge_mm = np.quantile([np.hypot(r.x_mm, r.y_mm) for r in truth.values()], 0.5)
+
+    def off_at_the_edge(**tops_mm):
+        found = detect(
+            pixels, plan, calibration=calibration, clicks=colour_clicks(match), team_z_mm=tops_mm
+        )
+        robots = found.seen.detections.of("robot")
+        assert len(robots) == 16
+        assert {d.z_mm for d in robots if d.team == "blue"} == {tops_mm.get("blue", 150.0)}
+        assert {d.z_mm for d in robots if d.team == "yellow"} == {150.0}
+        off = {
+            key: np.hypot(d.x_mm - truth[key].x_mm, d.y_mm - truth[key].y_mm)
+            for d in robots
+            if np.hypot(truth[key := (d.team, d.id)].x_mm, truth[key].y_mm) > edge_mm
+        }
+        return [
+            max(mm for (team, _), mm in off.items() if team == one) for one in ("blue", "yellow")
+        ]
+
+    blue_mm, yellow_mm = off_at_the_edge()
+    assert blue_mm > 25 and yellow_mm < 15
+    blue_mm, same_mm = off_at_the_edge(blue=LOW_MM)
+    assert blue_mm < 15 and same_mm == yellow_mm
+
+
+def test_small_robots_have_the_fields_height_whoever_plays_elsewhere():
+    small = world("vsss-5v5", robots=2)
+    context = context_for(
+        small.camera.image_size,
+        ColourProfile("here", {}),
+        calibration_of(small),
+        team_z_mm={"blue": 143.0},
+    )
+    assert list(context.robot_tops_mm(["blue", "yellow"])) == [75.0, 75.0]

@@ -22,11 +22,12 @@ from tests.support.ssl_messages import changed
 from tests.support.tiers import long
 from tests.support.waiting import until
 from touchline.core.errors import TouchlineError
-from touchline.league.live import MAX_CAMERAS, MAX_SENDERS, GeometryListener, Publisher
+from touchline.league.live import MAX_CAMERAS, GeometryListener, Publisher
 from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.league.packet_camera import packet_camera
 from touchline.league.received import RemotePublisher, contradictions, received_json
 from touchline.network.address import MulticastAddress
+from touchline.network.listener import MAX_SENDERS
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_DetectionFrame,
@@ -110,7 +111,7 @@ def test_two_senders_are_told_apart_and_the_newest_whole_packet_of_each_is_kept(
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as b,
     ):
         port_a, port_b = said(packet(1), **told, sock=a), said(packet(2), **told, sock=b)
-        until(lambda: len(listener.publishers) == 2)
+        until(lambda: len(listener.senders) == 2)
         for data in (GOOD, GOOD[:-3]):
             read_by(listener, f"127.0.0.1-{port_a}", data, told, a)
     one, other = (listener.get(f"127.0.0.1-{port}") for port in (port_a, port_b))
@@ -167,7 +168,7 @@ def test_detections_are_counted_and_passed_over(there):
         )
     )
     said(frame, **told)
-    (found,) = until(lambda: listener.publishers)
+    (found,) = until(lambda: listener.senders)
     assert (found.packets, found.geometries, found.refused) == (1, 0, 0)
     described = received_json(found, time.monotonic(), (), ())
     assert described["source"] == "grsim" and described["cameras"] == []
@@ -184,8 +185,8 @@ def test_our_own_packets_are_not_somebody_elses():
     try:
         until(lambda: listener.own > 3)
         said(GOOD, **told)
-        until(lambda: listener.publishers)
-        assert len(listener.publishers) == 1
+        until(lambda: listener.senders)
+        assert len(listener.senders) == 1
     finally:
         listener.close()
         publisher.close()
@@ -304,8 +305,8 @@ def test_so_many_senders_are_remembered_first_those_with_geometry(there):
             said(b"?", **told, sock=one)
         until(lambda: listener.datagrams == len(strangers))
         until(lambda: listener.get(f"127.0.0.1-{strangers[-1].getsockname()[1]}"))
-        assert len(listener.publishers) == MAX_SENDERS
-        assert {one.port for one in listener.publishers if one.geometry} == set(ports)
+        assert len(listener.senders) == MAX_SENDERS
+        assert {one.port for one in listener.senders if one.geometry} == set(ports)
     finally:
         for one in strangers:
             one.close()
@@ -313,7 +314,7 @@ def test_so_many_senders_are_remembered_first_those_with_geometry(there):
 
 def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, monkeypatch):
     # On any machine a heavy packet takes longer.
-    monkeypatch.setattr("touchline.league.live.CPU_SHARE_PER_SENDER", 1e-4)
+    monkeypatch.setattr("touchline.network.listener.CPU_SHARE_PER_SENDER", 1e-4)
     told, listener = there
     league = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     id = f"127.0.0.1-{said(GOOD, **told, sock=league)}"
@@ -328,8 +329,8 @@ def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, mon
         for _ in range(12):
             for one in flooders:
                 said(heavy, **told, sock=one)
-        until(lambda: sum(one.skipped > 5 for one in listener.publishers) == len(flooders))
-        assert all(one.geometries < 5 for one in listener.publishers if one.skipped > 5)
+        until(lambda: sum(one.skipped > 5 for one in listener.senders) == len(flooders))
+        assert all(one.geometries < 5 for one in listener.senders if one.skipped > 5)
 
         def heard_again():
             said(packet(1), **told, sock=league)
@@ -384,9 +385,9 @@ def test_a_sender_is_listed_once_its_first_packet_was_read(monkeypatch):
     try:
         assert listener.joined.wait(20)
         said(GOOD, **told)
-        assert reading.wait(20) and not listener.publishers
+        assert reading.wait(20) and not listener.senders
         go_on.set()
-        (one,) = until(lambda: listener.publishers)
+        (one,) = until(lambda: listener.senders)
         assert one.geometry is not None
     finally:
         go_on.set()
@@ -404,7 +405,7 @@ def test_a_port_that_another_keeps_is_told_and_joined_once_it_is_free():
         selfish.close()
         assert listener.joined.wait(20)
         said(GOOD, **told)
-        until(lambda: listener.publishers)
+        until(lambda: listener.senders)
         assert listener.problem is None
     finally:
         listener.close()

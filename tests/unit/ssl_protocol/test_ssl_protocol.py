@@ -15,8 +15,8 @@ from tests.support.tiers import rounds
 from touchline.core.errors import BadInput, Conflict, TouchlineError
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
 from touchline.formats.ssl_vision import camera_number
-from touchline.league.live import CPU_SHARE_PER_SENDER
 from touchline.models import MODELS
+from touchline.network.listener import CPU_SHARE_PER_SENDER
 from touchline.ssl_protocol import ssl_vision_pb2
 from touchline.ssl_protocol.protobuf import MAX_BYTES, build, decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (

@@ -211,6 +211,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "preview_calibration": _json(FIT),
     "propose_field": _json({"snapshot": ID, "length_mm": 9000.0}),
     "read_ball_models": {FORM: {"file": "geometry.yml"}},
+    "import_robot_heights": {FORM: {"file": "robot-heights.yml"}},
     "read_field_file": {FORM: {"file": "field.json"}},
     "record_clip": _json({"seconds": 10.0}),
     "refit_field": _json({"cameras": ["north"]}),
@@ -252,6 +253,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "update_camera": _json({"name": "North", "field": "ssl-div-b", "region": "left-half"}),
     "update_camera_controls": _json({"controls": {"exposure": "auto", "gain": 1.5}}),
     "update_publishing": _json({"enabled": True, "interface": "eth0", "numbers": {"north": 0}}),
+    "update_referee": _json({"blue": {"name": "ibis"}, "heights": {"Our team": 142.0}}),
     "update_roll": _json({"left_out": True}),
 }
 

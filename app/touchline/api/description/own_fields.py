@@ -205,6 +205,7 @@ OWN_FIELDS = {
     "DetectionSettings": {
         "colours": "name of the saved colours that the camera uses; null: its own",
         "published": "packets sent so far, and what prevents sending",
+        "teams": "blue's and yellow's robots: team, entry of the table, height_mm, source, known",
     },
     "Difference": {
         "rms_mm": "rms distance between the two, mm; null: they share no place",
@@ -487,6 +488,27 @@ OWN_FIELDS = {
     },
     "Ranking": {"failed": "models that could not be fitted, and why"},
     "RecordRequest": {"seconds": "duration, s"},
+    "Referee": {
+        "enabled": "whether the game controller is listened to; null: while publishing sends or listens",
+        "interface": "network interface by name or address; empty: that of publishing",
+        "blue": "the blue team by hand",
+        "yellow": "the yellow team by hand",
+        "heights": "own entries of the table, mm by the team's name",
+        "listening": "whether the game controller can be received now",
+        "problem": "why nothing can be received; null: it can",
+        "teams": "blue's and yellow's robots: team, entry of the table, height_mm, source, known",
+        "table": "every team's height",
+        "controllers": "who sends, with its newest message; chosen: the one that counts",
+    },
+    "TeamByHand": {
+        "name": "of the team; null: as the game controller names it",
+        "height_mm": "of its robots, mm; null: as in the table",
+    },
+    "TableHeight": {
+        "team": "name of the team",
+        "height_mm": "of its robots, mm",
+        "own": "whether it was entered here",
+    },
     "Refused": {"model": "name of the model", "title": "the model's name for operators"},
     "RegionJson": {
         "x": "smallest and largest, mm",

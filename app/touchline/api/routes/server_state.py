@@ -30,7 +30,7 @@ DOCS_PAGE = f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><titl
 <script src="/vendor/swagger-ui/swagger-ui-bundle.js"></script><script>{START}</script></body></html>"""
 
 # what can be changed while the server runs, and where
-ELSEWHERE = {"cameras": "cameras", "publish": "network"}
+ELSEWHERE = {"cameras": "cameras", "publish": "network", "referee": "network"}
 SECRET = "set"  # shown in place of a secret
 
 

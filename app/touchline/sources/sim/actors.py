@@ -54,7 +54,7 @@ class Motion:
 
     speed_mm_s: of the robots; a tenth of the region's diagonal a second if None. The ball is three times as fast.
     shuffled: numbers are drawn out of 0 to 15 for each team, not counted from 0. ball: it rolls where there are no
-    robots, too.
+    robots, too. blue_mm, yellow_mm: how high the team's robots are; as on the field if None.
     """
 
     robots: int = 8
@@ -64,6 +64,8 @@ class Motion:
     walk_mm_s: float = 1200.0
     shuffled: bool = False
     ball: bool = False
+    blue_mm: float | None = None
+    yellow_mm: float | None = None
 
     @property
     def has_ball(self) -> bool:
@@ -160,7 +162,7 @@ def robots_at(play: Motion, field: Field, region: Region, time_s: float) -> list
             numbers[i],
             *as_pair(at[i]),
             float(angle[i]),
-            size["height_mm"],
+            (play.yellow_mm if i % 2 else play.blue_mm) or size["height_mm"],
             *as_pair(moves[i]),
         )
         for i in range(play.robots)

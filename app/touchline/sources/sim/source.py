@@ -238,6 +238,22 @@ class SimSource(BaseSource):
             "play.",
             choices=("region", "field"),
         ),
+        Option(
+            "blue_mm",
+            "float",
+            None,
+            "Height of the blue robots. If not set: that of the field.",
+            (20, 300),
+            "mm",
+        ),
+        Option(
+            "yellow_mm",
+            "float",
+            None,
+            "Height of the yellow robots. If not set: that of the field.",
+            (20, 300),
+            "mm",
+        ),
         Option("ball", "bool", False, "Show a ball even without robots."),
         Option("people", "int", 0, "People who walk around and hide lines.", (0, 8)),
         Option(
@@ -319,6 +335,8 @@ class SimSource(BaseSource):
             options["walk"],
             options["numbers"] == "drawn",
             options["ball"],
+            options["blue_mm"],
+            options["yellow_mm"],
         )
         light = Light(
             vignette=options["vignette"],

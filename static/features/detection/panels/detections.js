@@ -1,11 +1,13 @@
 // The list of detections, notes on them, and whether they are published.
 import { capitalised, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { addressOf } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { colourName, publish } from "../colours.js";
 import { detectionCamera, detectionState, setDetection } from "../detection.js";
 import { detections, heldFrame } from "../held_frame.js";
+import { HeightsUsed } from "../../referee/panels/heights_used.js";
 
 /** @typedef {import("../types").Item} Item */
 
@@ -126,6 +128,13 @@ export function DetectionReport() {
         ${t("detection.seen.switch")}
       </label>
       <p class="reason">${t("detection.seen.switch.when")}</p>
+    </section>
+    <section aria-label=${t("referee.title")}>
+      <${Title} of="robot-heights">${t("referee.title")}<//>
+      <${HeightsUsed} teams=${it.teams} />
+      <p class="reason">
+        <a href=${addressOf("publishing")}>${t("referee.change")}</a>
+      </p>
     </section>
     <section aria-label=${t("detection.publish.section")}>
       <${Title} of="seen-published" about=${t("detection.publish.about")}>

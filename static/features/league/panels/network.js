@@ -15,6 +15,7 @@ import {
   saveReceived,
   setPublishing,
 } from "../network.js";
+import { RobotHeights } from "../../referee/panels/robot_heights.js";
 import { Asking } from "./asking.js";
 import { BallModelSettings } from "./ball_models.js";
 import { SentPlan } from "./sent_plan.js";
@@ -118,6 +119,7 @@ export function PublishingPage() {
       }
       <${Others} it=${it} />
     </section>
+    <${RobotHeights} />
   </div>`;
 }
 
