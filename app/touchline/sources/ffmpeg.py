@@ -27,6 +27,13 @@ LEASH = {
 }  # no second of frames is looked at before the first is given
 
 
+def frame_of(picture: VideoFrame) -> Frame:
+    """Convert a decoded picture."""
+    pixels = picture.to_ndarray(format="bgr24")
+    pixels.setflags(write=False)
+    return Frame(np.asarray(pixels, np.uint8))
+
+
 class VideoDecoder:
     """The frames of one stream, each of its own size, as they were coded: not turned. Not thread-safe.
 
@@ -75,9 +82,7 @@ class VideoDecoder:
             for frame in self._frames:
                 self.moment_s = self._moment_of(frame)
                 if self.moment_s is None or self.moment_s > self._from_s - 1e-3:
-                    pixels = frame.to_ndarray(format="bgr24")
-                    pixels.setflags(write=False)
-                    return Frame(np.asarray(pixels, np.uint8))
+                    return frame_of(frame)
         return None
 
     @property
