@@ -109,13 +109,16 @@ class LossyRelay:
     """Passes on what arrives at its port, through change(); what that returns is sent."""
 
     def __init__(
-        self, to: tuple[str, int], change: Callable[[bytes], list[bytes]] = lambda data: [data]
+        self,
+        to: tuple[str, int],
+        change: Callable[[bytes], list[bytes]] = lambda data: [data],
+        address: str = "127.0.0.1",
     ) -> None:
         self.change = change
         self._line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._line.bind(("127.0.0.1", 0))
         self._line.settimeout(0.1)
-        self._out, self._to = loopback_socket(), to
+        self._out, self._to = loopback_socket(address), to
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -156,26 +159,35 @@ def packets_of(pictures: Pictures, number: int, gop: int = 30, form: str = "rtp"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
         line.bind(("127.0.0.1", 0))
-        line.settimeout(0.2)
+        line.settimeout(0.1)
         url = f"{STREAMS[form]}://127.0.0.1:{line.getsockname()[1]}?pkt_size=1316"
+        found = []
         with contextlib.closing(H264Sender(url, pictures, 200, gop, form)) as sender:
-            found = list(_received(line, lambda: sender.sent < number))
-        return found
+            while sender.sent < number:
+                found += _received(line, 1)
+        return found + _received(line, 1_000_000)
 
 
-def _received(line: socket.socket, going: Callable[[], bool]) -> Iterator[bytes]:
-    while going():
-        with contextlib.suppress(TimeoutError):
-            yield line.recv(65536)
+def _received(line: socket.socket, number: int) -> list[bytes]:
+    """The next datagrams, fewer where there is a pause."""
+    found: list[bytes] = []
+    with contextlib.suppress(TimeoutError):
+        while len(found) < number:
+            found.append(line.recv(65536))
+    return found
+
+
+def free_group() -> tuple[str, int]:
+    port = free_port()
+    return f"239.255.77.{1 + port % 250}", port
 
 
 @contextlib.contextmanager
 def sent_to_group(form: str = "rtp", **how) -> Iterator[tuple[str, H264Sender]]:
     """A sender to a group on this machine's loopback alone: the address to open, and the sender."""
-    port = free_port()
-    group = f"239.255.77.{1 + port % 250}"
-    where = f"{group}:{port}?interface=127.0.0.1"
-    scheme = STREAMS[form]
-    to = f"{scheme}://{group}:{port}?localaddr=127.0.0.1&pkt_size=1316&ttl=0"
-    with contextlib.closing(H264Sender(to, form=form, **how)) as sender:
-        yield f"{scheme}://{where}", sender
+    group, port = free_group()
+    to = f"{STREAMS[form]}://{group}:{port}"
+    with contextlib.closing(
+        H264Sender(f"{to}?localaddr=127.0.0.1&pkt_size=1316&ttl=0", form=form, **how)
+    ) as sender:
+        yield f"{to}?interface=127.0.0.1", sender

@@ -120,6 +120,9 @@ class H264Depacketiser:
     def __init__(self) -> None:
         self._timestamp: int | None = None  # of the picture that has begun
         self._unit, self._whole, self._follows = bytearray(), True, True
+        self._sliced = (
+            False  # whether a part of the picture itself has come, not only what describes it
+        )
         self._in_fragment = False
 
     def push(self, packet: RtpPacket, lost: bool) -> Iterator[AccessUnit]:
@@ -127,10 +130,10 @@ class H264Depacketiser:
             # without its marked last packet: lost, or a sender that marks none
             yield self._end(whole=not lost)
         if self._timestamp is None:
-            self._timestamp = packet.timestamp
-            self._whole, self._follows = not lost or _begins_picture(packet), not lost
-        elif lost:
+            self._timestamp, self._follows, self._sliced = packet.timestamp, not lost, False
+        if lost and (self._sliced or not _begins_picture(packet)):
             self._whole = False
+        self._sliced |= packet.first_nal in (1, 5)
         if lost:
             self._in_fragment = False
         if not self._add(packet.payload) or len(self._unit) > MAX_UNIT:
@@ -179,7 +182,10 @@ class H264Depacketiser:
 
 
 def _begins_picture(packet: RtpPacket) -> bool:
-    """Whether nothing of its picture can have come before it: parameters, or a slice at macroblock 0."""
+    """Whether no part of its picture can have come before it: what describes it, or a slice at macroblock 0.
+
+    Parameters that are lost are known already, or decoding fails.
+    """
     first = packet.first_nal
     if first in (SEI, SPS, PPS, DELIMITER):
         return True
