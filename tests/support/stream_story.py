@@ -22,8 +22,8 @@ def main() -> None:
     switch("lo", True)
     assert find_streams() == []
     with contextlib.ExitStack() as stack:
-        for camera in (0, 2, 15):
-            url = f"rtp://{group_of(camera)}:{PORT}?localaddr=127.0.0.1&ttl=0"
+        for number in (0, 2, 15):
+            url = f"rtp://{group_of(number)}:{PORT}?localaddr=127.0.0.1&ttl=0"
             stack.enter_context(contextlib.closing(H264Sender(url, gop=5)))
         until(lambda: [camera for _, camera, _ in find_streams()] == [0, 2, 15])
         relay = LossyRelay((group_of(2), PORT), address="127.0.0.2")

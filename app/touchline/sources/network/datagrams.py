@@ -70,7 +70,7 @@ class Stream:
     """What one sender sends, taken apart. kind: of the RTP packets that belong to it."""
 
     def __init__(self, kind: int | None) -> None:
-        from touchline.sources.network.h264 import H264Decoder
+        from touchline.sources.ffmpeg import H264Decoder
 
         self.kind = kind
         self.order = ReorderBuffer()
@@ -132,11 +132,8 @@ class RtpSource(BaseSource):
     )
     SCHEME: ClassVar = "rtp"
 
-    def __init__(
-        self, endpoint: Endpoint, options: Mapping[str, Any], context: SourceContext
-    ) -> None:
-        self._endpoint = endpoint
-        self._only, self._raw_only = options["sender"], options["views"] == "raw"
+    def __init__(self, endpoint: Endpoint, only: str, raw_only: bool) -> None:
+        self._endpoint, self._only, self._raw_only = endpoint, only, raw_only
         self._group = ipaddress.IPv4Address(endpoint.host).is_multicast
         self._line: Receiver | None = None
         self._sender: Sender | None = None
@@ -151,7 +148,7 @@ class RtpSource(BaseSource):
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         endpoint = _endpoint(cls.SCHEME, target)
-        opened = cls(endpoint, options, context)
+        opened = cls(endpoint, options["sender"], options["views"] == "raw")
         interface = options["interface"]
         if opened._group:
             opened._line = MulticastReceiver(
