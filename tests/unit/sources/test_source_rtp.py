@@ -5,6 +5,7 @@ import resource
 import threading
 import time
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,6 +97,15 @@ def test_what_is_shown_despite_losses_is_whole_and_every_whole_key_frame_is_show
         assert len(arrived) >= 3 and len(pictures) > 12
 
 
+def test_after_a_picture_that_is_lost_altogether_none_is_shown_up_to_the_next_key_frame(sent):
+    moments = list(dict.fromkeys(read_rtp(data).timestamp for data in sent))
+    lost = moments[23]
+    pictures = shown([data for data in sent if read_rtp(data).timestamp != lost])
+    assert [content(one) for one in pictures] == [
+        content(one) for n, one in enumerate(shown(sent)) if not 23 <= n < 30
+    ]
+
+
 def test_small_key_frames_nearly_all_survive_two_percent():
     sent = packets_of(lambda n: carpet(n, 64, 48), 300, gop=2)
     lottery = random.Random(2)
@@ -177,15 +187,29 @@ def test_mutated_packets_do_no_harm_and_the_next_key_frame_is_shown(form):
     sent = packets_of(carpet, 60, gop=10, form=form)
     packet = read_rtp(sent[0])
     stream, lottery = Stream(packet.kind if packet else None), random.Random(6)
-    before_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before_mb = resident_mb()
     for i in range(20_000):
         data = sent[i % len(sent)]
         if lottery.random() < 0.7:
             data = lottery.choice(MUTATIONS)(data, lottery)
         stream.push(data, read_rtp(data))
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kb < 150_000
+    assert resident_mb() - before_mb < 150
     pictures = [one for data in sent * 2 for one in stream.push(data, read_rtp(data))]
     assert any(one.key_frame for one in pictures)
+
+
+def resident_mb() -> float:
+    pages = Path("/proc/self/statm").read_text().split()[1]
+    return int(pages) * resource.getpagesize() / 1e6
+
+
+def test_bytes_in_which_no_picture_begins_are_not_collected():
+    stream = Stream(None)
+    stream.push(b"\0\0\0\1\x41" + bytes([0x55]) * 100, None)
+    before_mb = resident_mb()
+    for _ in range(60_000):
+        stream.push(bytes([0x55]) * 1400, None)
+    assert resident_mb() - before_mb < 40
 
 
 def test_a_picture_without_end_takes_no_more_than_a_picture():

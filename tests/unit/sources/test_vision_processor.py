@@ -53,6 +53,10 @@ def test_an_even_picture_in_colour_or_a_grey_one_is_the_cameras_own(colour):
     for picture in (
         np.full((96, 128, 3), (60, colour, 40), np.uint8),
         carpet(3, 160, 128).mean(2).astype(np.uint8),
+        # its carpet adds up to the sum of a flat view, and no more
+        np.where(np.arange(128)[:, None] < 40, np.uint8((200, 40, colour)), np.uint8((60, 240, 82)))
+        .repeat(96, 0)
+        .reshape(128, 96, 3),
     ):
         stream, seen = Stream(96), []
         for data in packets_of(lambda n, picture=picture: picture, 4):
