@@ -11,6 +11,7 @@ import numpy as np
 from tests.support.industrial import need_aravis
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.plugged_cameras import Webcam, plug_in
+from tests.support.rtp_sender import sent_to_group
 from tests.support.rtsp_camera import RtspCamera
 from touchline.sources.address import KEEP_THEIR_QUERY
 from touchline.sources.v4l2 import V4l2Source
@@ -67,6 +68,13 @@ def _rtsp(_name: str, _pictures: Path, fps: float) -> Iterator[str]:
 
 
 @contextlib.contextmanager
+def _datagrams(name: str, _pictures: Path, fps: float) -> Iterator[str]:
+    form = {"rtp": "rtp", "udp": "mpegts"}[name]
+    with sent_to_group(form, fps=fps, gop=5) as (url, _sender):
+        yield url
+
+
+@contextlib.contextmanager
 def _http(name: str, _pictures: Path, fps: float) -> Iterator[str]:
     with contextlib.closing(MjpegCamera(fps=fps, tls=name == "https")) as camera:
         yield camera.url + "#trust=any"
@@ -87,4 +95,12 @@ def _aravis(name: str, pictures: Path, fps: float) -> Iterator[str]:
         yield url
 
 
-FAR_ENDS = {"rtsp": _rtsp, "http": _http, "https": _http, "v4l2": _v4l2, "aravis": _aravis}
+FAR_ENDS = {
+    "rtsp": _rtsp,
+    "rtp": _datagrams,
+    "udp": _datagrams,
+    "http": _http,
+    "https": _http,
+    "v4l2": _v4l2,
+    "aravis": _aravis,
+}

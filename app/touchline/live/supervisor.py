@@ -25,7 +25,11 @@ FROZEN_S = 3.0  # a sensor's noise never stays the same so long, where each pict
 INTERVALS = 4
 UNKNOWN_S = 6.0  # a camera of which one picture came may send one every second or two
 STATIC_SOURCES = ("picture", "folder", "video", "sim")  # sources whose pictures may stay the same
-CODED_SOURCES = ("rtsp",)  # sources whose pictures may stay the same up to the next key frame:
+CODED_SOURCES = (
+    "rtsp",
+    "rtp",
+    "udp",
+)  # sources whose pictures may stay the same up to the next key frame:
 FROZEN_CODED_S = 60.0
 # of a picture: coded anew from a frozen one, a quarter to all of it stays the same
 SHARE_IN_DOUBT = 0.2

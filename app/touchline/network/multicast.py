@@ -5,15 +5,17 @@ import errno
 import socket
 import threading
 from collections import deque
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from touchline.core.errors import BadInput
 from touchline.core.statements import say
-from touchline.network.address import MulticastAddress, is_here
+from touchline.network.address import MulticastAddress, NetworkError, is_here
 from touchline.ssl_protocol.protobuf import MAX_BYTES
 
 MAX_DATAGRAM_BYTES = 65_536  # a byte more than UDP carries
-QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
+# a burst of detections from eight cameras, or of a video's packets, waits here
+QUEUE_BYTES = 1 << 21
 IP_MULTICAST_ALL = 49  # Linux: 0 gives a socket only the groups that it joined itself
 # of sockets that were opened one after the other: their last packets may still be heard
 MAX_OWN_PORTS = 4
@@ -119,36 +121,77 @@ class Datagram(NamedTuple):
     port: int
 
 
-class MulticastReceiver:
-    """A socket that has joined a multicast group; other programs may share its port."""
+class Receiver:
+    """A UDP socket that is read from."""
 
-    def __init__(self, address: MulticastAddress) -> None:
-        """Join; NetworkError where the group cannot be joined."""
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            # some listeners share only so
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, QUEUE_BYTES)
-            self._socket.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
-            # the group, or other groups' packets would come as well
-            self._socket.bind((address.group, address.port))
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, address.request())
-        except OSError as error:
-            self._socket.close()
-            raise address.network_error(error) from None
-        except BaseException:
-            self._socket.close()
-            raise
+    _socket: socket.socket
 
     def receive(self, timeout_s: float) -> Datagram | None:
         """Return the next datagram, or None after the timeout. OSError when the network is gone."""
         self._socket.settimeout(timeout_s)
         try:
             data, (address, port) = self._socket.recvfrom(MAX_DATAGRAM_BYTES)
-        except TimeoutError:
+        except (TimeoutError, BlockingIOError):
             return None
         return Datagram(data, address, port)
 
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
     def close(self) -> None:
         self._socket.close()
+
+
+class MulticastReceiver(Receiver):
+    """A socket that has joined a multicast group; other programs may share its port."""
+
+    def __init__(self, address: MulticastAddress) -> None:
+        """Join; NetworkError where the group cannot be joined."""
+        with _opening(address.network_error) as self._socket:
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            # some listeners share only so
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+            # the group, or other groups' packets would come as well
+            self._socket.bind((address.group, address.port))
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, address.request())
+
+
+class UnicastReceiver(Receiver):
+    """A socket for what is sent to this machine. No other program's port is shared: it would lose its packets."""
+
+    def __init__(self, host: str, port: int) -> None:
+        """Bind; NetworkError where the port is in use or the address is not this machine's."""
+
+        def explain(error: OSError) -> NetworkError:
+            return NetworkError(
+                say(
+                    "unicast.refused",
+                    "This computer cannot receive at {host}, port {port}: {error}.",
+                    host=host,
+                    port=port,
+                    error=error.strerror or error,
+                ),
+                say(
+                    "unicast.use-own",
+                    "Enter an address of this computer, or 0.0.0.0 for all, and a free port from 1024.",
+                ),
+            )
+
+        with _opening(explain) as self._socket:
+            self._socket.bind((host, port))
+
+
+@contextlib.contextmanager
+def _opening(explain: Callable[[OSError], NetworkError]) -> Iterator[socket.socket]:
+    """Open a socket that gets only the groups that it joins; closed where that fails."""
+    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, QUEUE_BYTES)
+        opened.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
+        yield opened
+    except OSError as error:
+        opened.close()
+        raise explain(error) from None
+    except BaseException:
+        opened.close()
+        raise

@@ -231,6 +231,9 @@ SOURCES: Registry[type[Source]] = Registry(
         "video": "touchline.sources.video:VideoSource",
         "v4l2": "touchline.sources.v4l2:V4l2Source",  # a webcam or a capture card in this machine
         "rtsp": "touchline.sources.network.rtsp:RtspSource",  # a network camera: H.264, H.265, MJPEG
+        # H.264 that a program sends to a multicast group or to this machine: RTP, MPEG-TS, bare
+        "rtp": "touchline.sources.network.datagrams:RtpSource",
+        "udp": "touchline.sources.network.datagrams:UdpSource",
         # a network camera: MJPEG, or single pictures
         "http": "touchline.sources.network.http_mjpeg:HttpSource",
         "https": "touchline.sources.network.http_mjpeg:HttpsSource",

@@ -7,6 +7,7 @@ by the deadline, its cameras are left out.
 import os
 import time
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import asdict
 from functools import wraps
@@ -17,6 +18,7 @@ from touchline.processes.framing import ANSWER, Connection, decode_body, encode_
 from touchline.processes.start import ChildProcess, Program
 from touchline.sources import Identity
 from touchline.sources.industrial.camera import DiscoveredCamera
+from touchline.sources.network.vision_processor import find_streams
 
 # starting Python, then the second in which a network camera may answer; on a busy small machine
 DEADLINE_S = 5.0
@@ -26,9 +28,12 @@ Discovered = dict[str, Any]  # {"address", "title", "identity"}
 def discover_cameras(deadline_s: float = DEADLINE_S) -> list[Discovered]:
     """Return every camera found: its address as a source, a title for people, its identity as JSON."""
     until, found = time.monotonic() + deadline_s, []
-    with suppress(OSError):  # it dies, or cannot be started, at once
-        found = answer_of(ChildProcess(Program(f"{__name__}:{aravis_cameras.__name__}"), {}), until)
-    return [*v4l2_cameras(), *found]
+    with ThreadPoolExecutor(1) as pool:
+        streams = pool.submit(lambda: list(network_streams()))
+        with suppress(OSError):  # it dies, or cannot be started, at once
+            finder = Program(f"{__name__}:{aravis_cameras.__name__}")
+            found = answer_of(ChildProcess(finder, {}), until)
+        return [*v4l2_cameras(), *streams.result(), *found]
 
 
 def answer_of(finder: ChildProcess, until: float) -> list[Discovered]:
@@ -63,6 +68,13 @@ def v4l2_cameras() -> Iterable[Discovered]:
 
     for camera in list_devices(V4l2Source.root):
         yield _discovered(camera.address, f"{camera.model}, {camera.node}", camera.identity)
+
+
+def network_streams() -> Iterable[Discovered]:
+    """Yield the cameras that vision-processor sends to the league's groups now; takes a second."""
+    for address, camera, senders in find_streams():
+        title = f"Camera {camera} of vision-processor" + f", {senders} senders" * (senders > 1)
+        yield _discovered(address, title, Identity(address.partition("?")[0]))
 
 
 @in_child

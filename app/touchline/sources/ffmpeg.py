@@ -3,6 +3,7 @@
 FFmpeg would follow a playlist that calls itself a film to other files and machines; the lists below end that.
 """
 
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Self
@@ -10,11 +11,13 @@ from typing import Self
 import av
 import numpy as np
 from av.container import InputContainer
+from av.video.codeccontext import VideoCodecContext
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from touchline.core.records import Frame
 from touchline.images.limits import DEFAULT_LIMITS
+from touchline.sources.network.rtp import MAX_UNIT, AccessUnit
 
 # A film in one of these containers names no other file.
 LEASH = {
@@ -25,6 +28,14 @@ LEASH = {
     "max_pixels": str(DEFAULT_LIMITS.max_pixels),
     "fpsprobesize": "0",
 }  # no second of frames is looked at before the first is given
+KEY = re.compile(rb"\x00\x00\x01[\x05\x25\x45\x65]")  # a slice of an IDR picture
+
+
+def frame_of(picture: VideoFrame) -> Frame:
+    """Convert a decoded picture."""
+    pixels = picture.to_ndarray(format="bgr24")
+    pixels.setflags(write=False)
+    return Frame(np.asarray(pixels, np.uint8))
 
 
 class VideoDecoder:
@@ -75,9 +86,7 @@ class VideoDecoder:
             for frame in self._frames:
                 self.moment_s = self._moment_of(frame)
                 if self.moment_s is None or self.moment_s > self._from_s - 1e-3:
-                    pixels = frame.to_ndarray(format="bgr24")
-                    pixels.setflags(write=False)
-                    return Frame(np.asarray(pixels, np.uint8))
+                    return frame_of(frame)
         return None
 
     @property
@@ -113,3 +122,61 @@ class VideoDecoder:
         if frame.pts is None or frame.time_base is None:
             return None
         return float((frame.pts - (self._stream.start_time or 0)) * frame.time_base)
+
+
+class H264Decoder:
+    """Decodes one sender's pictures, where packets may be lost. shown, dropped, keys: so many, and key frames, so far.
+
+    Decoders conceal what is missing, and a picture is predicted from the one before: a lost packet smears every picture
+    up to the next key frame. Those are dropped, since no calibration may be made of them.
+    """
+
+    def __init__(self) -> None:
+        self.shown = self.dropped = self.keys = 0
+        self._synced = False
+        self._codec, self._parser = _new_codec(), _new_codec()
+        self._unparsed = 0
+
+    def decode(self, unit: AccessUnit) -> list[VideoFrame]:
+        """Return the pictures that are whole now: at most this one, or an earlier one that is shown later."""
+        is_key = KEY.search(unit.data) is not None
+        self.keys += is_key
+        was_synced, self._synced = self._synced and unit.follows and unit.whole, False
+        if not unit.whole or not (was_synced or is_key):
+            self.dropped += 1
+            return []
+        if not was_synced:
+            self._codec.flush_buffers()  # what was predicted from lost ones is not shown any more
+        try:
+            frames = self._codec.decode(av.Packet(unit.data))
+        except av.FFmpegError:
+            frames, damaged = [], True
+        else:
+            damaged = any(frame.is_corrupt for frame in frames)
+        if damaged:
+            self.dropped += 1
+            return []
+        self._synced = True
+        self.shown += len(frames)
+        return frames
+
+    def parse(self, data: bytes) -> list[AccessUnit]:
+        """Split a stream of bytes (Annex B) into pictures; each is known to have ended when the next one begins."""
+        self._unparsed += len(data)
+        if self._unparsed > MAX_UNIT:
+            self._parser = _new_codec()
+        try:
+            packets = self._parser.parse(data)
+        except av.FFmpegError:
+            packets = []
+        if packets or self._unparsed > MAX_UNIT:
+            self._unparsed = 0
+        return [AccessUnit(bytes(packet)) for packet in packets]
+
+
+def _new_codec() -> VideoCodecContext:
+    codec = VideoCodecContext.create("h264", "r")
+    assert isinstance(codec, VideoCodecContext)
+    codec.options = {"max_pixels": LEASH["max_pixels"], "err_detect": "explode"}
+    codec.thread_count = 1
+    return codec

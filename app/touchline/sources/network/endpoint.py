@@ -249,21 +249,7 @@ def connect(endpoint: Endpoint, allowed: Iterable[str], deadline: float) -> sock
     """
     addresses = _resolve(endpoint, deadline)
     for address in addresses:
-        why = why_forbidden(address)
-        if why and not is_allowed(endpoint, address, allowed):
-            raise BadInput(
-                say(
-                    "network.forbidden-host",
-                    "{host} is {kind}, which is not allowed for cameras.",
-                    host=endpoint.host,
-                    kind=why,
-                ),
-                say(
-                    "network.allow-host",
-                    "To allow it, add it to the settings under sources: allowed_hosts.",
-                ),
-                reason="forbidden-host",
-            )
+        check_allowed(endpoint, address, allowed)
     for address in addresses:
         try:
             line = socket.create_connection(
@@ -281,6 +267,25 @@ def connect(endpoint: Endpoint, allowed: Iterable[str], deadline: float) -> sock
         ),
         reason="camera-unreachable",
     )
+
+
+def check_allowed(endpoint: Endpoint, address: Address, allowed: Iterable[str]) -> None:
+    """BadInput for a forbidden address that the settings do not allow all the same."""
+    why = why_forbidden(address)
+    if why and not is_allowed(endpoint, address, allowed):
+        raise BadInput(
+            say(
+                "network.forbidden-host",
+                "{host} is {kind}, which is not allowed for cameras.",
+                host=endpoint.host,
+                kind=why,
+            ),
+            say(
+                "network.allow-host",
+                "To allow it, add it to the settings under sources: allowed_hosts.",
+            ),
+            reason="forbidden-host",
+        )
 
 
 def why_forbidden(address: Address) -> Sentence | None:

@@ -243,17 +243,15 @@ class RtspSource(BaseSource):
         ),
     )
 
-    def __init__(
-        self, endpoint: Endpoint, options: Mapping[str, Any], context: SourceContext
-    ) -> None:
-        self._endpoint, self._open_s, self._hosts = endpoint, options["open_s"], context.hosts
+    def __init__(self, endpoint: Endpoint, open_s: float, context: SourceContext) -> None:
+        self._endpoint, self._open_s, self._hosts = endpoint, open_s, context.hosts
         self._pictures = None if context.read is None else PictureReader(context.read)
         self._relay: RtspRelay | None = None
         self._decoder: VideoDecoder | None = None
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
-        opened = cls(Endpoint.of("rtsp", target), options, context)
+        opened = cls(Endpoint.of("rtsp", target), options["open_s"], context)
         opened._connect()
         return opened
 

@@ -74,7 +74,7 @@ export default /** @type {const} */ ({
   "live.plugged": "Angeschlossene Kameras",
   "live.plugged.look-again": "Erneut suchen",
   "live.plugged.looking": "Suche läuft…",
-  "live.plugged.none": "Keine Kamera erkannt. Netzwerkkameras werden nicht automatisch erkannt; geben Sie deren Adresse ein.",
+  "live.plugged.none": "Keine Kamera erkannt. Von Netzwerkkameras werden nur die von vision-processor erkannt; geben Sie sonst die Adresse ein.",
   "live.removed": "{camera} wurde entfernt. Bilder und Kalibrierungen bleiben gespeichert.",
   "live.same-camera": "Kamera bestätigen",
   "live.server-gone.fix": "Prüfen Sie, ob der Server läuft. Die Seite versucht es automatisch erneut.",

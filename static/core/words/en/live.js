@@ -74,7 +74,7 @@ export default /** @type {const} */ ({
   "live.plugged": "Connected cameras",
   "live.plugged.look-again": "Search again",
   "live.plugged.looking": "Searching…",
-  "live.plugged.none": "No cameras detected. Network cameras are not detected automatically; enter their address.",
+  "live.plugged.none": "No cameras detected. Of network cameras only those of vision-processor are detected; enter the address.",
   "live.removed": "{camera} was removed. Its images and calibrations remain saved.",
   "live.same-camera": "Confirm same camera",
   "live.server-gone.fix": "Check that it is running. The page tries again automatically.",
