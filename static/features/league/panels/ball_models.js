@@ -8,10 +8,26 @@ import { changing, readBallModels, receivedGeometry, setPublishing } from "../ne
 /** @typedef {import("../types").BallModels} BallModels */
 /** @typedef {"straight_two_phase" | "chip_fixed_loss"} Part */
 
-/** The values of each part, as the packet calls them. @type {[Part, string[]][]} */
+/** The values of each part, as the packet and as people call them. @type {[Part, string, Record<string, string>][]} */
 const PARTS = [
-  ["straight_two_phase", ["acc_slide", "acc_roll", "k_switch"]],
-  ["chip_fixed_loss", ["damping_xy_first_hop", "damping_xy_other_hops", "damping_z"]],
+  [
+    "straight_two_phase",
+    t("network.ball.straight-two-phase"),
+    {
+      acc_slide: t("network.ball.acc-slide"),
+      acc_roll: t("network.ball.acc-roll"),
+      k_switch: t("network.ball.k-switch"),
+    },
+  ],
+  [
+    "chip_fixed_loss",
+    t("network.ball.chip-fixed-loss"),
+    {
+      damping_xy_first_hop: t("network.ball.damping-xy-first-hop"),
+      damping_xy_other_hops: t("network.ball.damping-xy-other-hops"),
+      damping_z: t("network.ball.damping-z"),
+    },
+  ],
 ];
 /** What was entered of a part that has not all its values yet. */
 const entered = signal(/** @type {Record<string, string>} */ ({}));
@@ -27,19 +43,19 @@ export function BallModelSettings({ models }) {
     <summary>${t("network.ball")}</summary>
     <p class="reason">${t("network.ball.about")}</p>
     ${PARTS.map(
-      ([part, names]) => html`<fieldset key=${part}>
-      <legend>${t(`network.ball.${part}`)}</legend>
+      ([part, title, names]) => html`<fieldset key=${part}>
+      <legend>${title}</legend>
       <div class="way">
-        ${names.map(
-          (name) => html`<label key=${name}>
-          ${t(`network.ball.${name}`)}
+        ${Object.entries(names).map(
+          ([name, label]) => html`<label key=${name}>
+          ${label}
           <${Typed}
             type="number"
             step="any"
             data-testid=${`ball-${name}`}
             disabled=${changing.value}
             value=${entered.value[name] ?? models?.[part]?.[name] ?? ""}
-            take=${(/** @type {string} */ text) => takeValue(models, part, names, name, text)}
+            take=${(/** @type {string} */ text) => takeValue(models, part, Object.keys(names), name, text)}
           />
         </label>`,
         )}
