@@ -85,6 +85,7 @@ def core(seconds: float) -> None:
             "publish": True,
             "camera_number": 0,
             "extent_mm": 1.0,
+            "team_z_mm": {},
         }
     )
     threading.Thread(target=capture.run, daemon=True).start()

@@ -121,7 +121,7 @@ class PublishingChanges(Strict):
         True, description="send another publisher's field, ball models and cameras as they came"
     )
     listen_first_s: Annotated[float, Field(ge=0, le=60)] = Field(
-        4.0, description="time to listen for other publishers before the first packet"
+        4.0, description="time to listen for other publishers before the first packet, s"
     )
     field: CameraId | None = Field(
         None, description="if cameras have different fields; null: that of most cameras"

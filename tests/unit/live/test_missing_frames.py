@@ -87,6 +87,7 @@ def test_objects_are_detected_with_the_same_colours_after_a_damaged_frame(captur
             "publish": False,
             "camera_number": 0,
             "extent_mm": 9000.0,
+            "team_z_mm": {},
         }
     )
     with ThreadPoolExecutor() as pool:
