@@ -40,6 +40,7 @@ MEASURED = re.compile(
         (
             *UNITS.values(),
             "m²",
+            "m/s²",
             "0 to 1",
             "0 to 255",
             "radians",

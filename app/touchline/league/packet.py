@@ -22,7 +22,7 @@ from touchline.formats.ssl_field import field_to_wire, known_field, names_are_th
 from touchline.league.ball_models import BallModels
 from touchline.league.packet_camera import PacketCamera, packet_camera
 from touchline.settings import PublishSettings
-from touchline.ssl_protocol.protobuf import decode, encode
+from touchline.ssl_protocol.protobuf import MAX_BYTES, decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     GeometryPacket,
     GeometryParts,
@@ -258,7 +258,7 @@ def geometry_packet(
     """Encode all cameras that are sent, with their field as it is now; None where there is none.
 
     passed_on: another publisher's geometry. Where it is of the same field, all of it is sent as it came, but for
-    cameras with a number of ours; else ball_models are sent, our own.
+    cameras with a number of ours, if a datagram has room for it; else ball_models are sent, our own.
     """
     field = published_field(candidates, fields)
     if field is None:
@@ -271,7 +271,10 @@ def geometry_packet(
         sent_field = encode(field_to_wire(field))
         models = b"" if ball_models is None else ball_models.encoded
     parts = GeometryParts(field=sent_field, calib=[*cameras.values()], models=models or None)
-    return encode(GeometryPartsPacket(geometry=parts, source=SSL_Source.OTHER))
+    packet = encode(GeometryPartsPacket(geometry=parts, source=SSL_Source.OTHER))
+    if passed_on is not None and len(packet) > MAX_BYTES:  # or whoever sends much would silence us
+        return geometry_packet(candidates, fields, None, ball_models)
+    return packet
 
 
 def _chosen_field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:

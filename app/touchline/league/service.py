@@ -347,9 +347,11 @@ class PublishingService(RunningPart):
                     self._follow(config)
 
     def publish_anyway(self) -> None:
-        """Publish now, whoever else does."""
-        self._looks_first = False
-        self.wake()
+        """Publish now, where that waits for a decision because another program does."""
+        publisher = self._publisher
+        if publisher is not None and publisher.status.held == "asking":
+            self._looks_first = False
+            publisher.wake()
 
     def geometry_file(self) -> bytes:
         """Return the cameras that are published, or would be, as a geometry.yml; Conflict where there is none."""

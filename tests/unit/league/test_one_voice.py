@@ -21,6 +21,8 @@ from touchline.league.received import (
     geometry_to_pass_on,
     says_the_same,
 )
+from touchline.ssl_protocol.protobuf import MAX_BYTES
+from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPartsPacket
 from touchline.workflows.interchange import ball_models, read_file
 
 OURS = BallModels(StraightTwoPhase(-3.0, -0.4, 0.6), ChipFixedLoss(0.5, 0.9, 0.6))
@@ -64,6 +66,18 @@ def test_cameras_of_a_sender_that_is_silent_or_that_we_have_sent_are_not_passed_
     repeated = camera_values(theirs.geometry.calib[1])
     kept = geometry_to_pass_on([theirs], 100.0, None, {repeated})
     assert [number for number, _ in kept.cameras] == [0]
+
+
+def test_what_is_too_much_for_a_datagram_with_ours_is_not_passed_on():
+    theirs = GeometryPartsPacket.FromString(with_cameras(1).SerializeToString())
+    n = MAX_BYTES - theirs.ByteSize() - 20  # of a newer program, or of somebody who means harm
+    size = bytes([0x80 | n & 127, 0x80 | n >> 7 & 127, n >> 14])
+    theirs.geometry.field += b"\xa2\x06" + size + bytes(n)
+    packet = theirs.SerializeToString()
+    assert len(packet) <= MAX_BYTES
+    found = geometry_to_pass_on([sender(packet)], 100.0, None)
+    ours = published_cameras([over(FIELD)], PublishingConfig())
+    assert geometry_packet(ours, FIELDS, found) == geometry_packet(ours, FIELDS)
 
 
 def test_one_number_from_two_places_is_named_once():
@@ -125,6 +139,7 @@ def test_nothing_is_sent_before_others_were_listened_to(switched_off, way):
     with Listener(**way) as ear:
         switched_off.change({"enabled": True})
         until(lambda: switched_off._publisher.status.held == "listening")
+        switched_off.publish_anyway()  # nobody has asked
         assert state(switched_off) == "starting" and ear.receive(0.5) is None
         switched_off.change({"listen_first_s": 0.1})
         assert ear.receive() is not None
