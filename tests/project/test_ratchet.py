@@ -18,7 +18,7 @@ from tests.support.paths import PACKAGE
 
 MOST = {
     "tokens": 530_500,
-    "files": 384,
+    "files": 385,
     "untyped dictionaries": 450,
     "modules with one importer": 58,
     "breaks": 0,

@@ -1,18 +1,15 @@
-"""Publishing while the server runs: its saved settings, publisher and listener that follow them, and its claims."""
+"""Publishing while the server runs: its saved settings, and the publisher and listener that follow them."""
 
 import json
 import logging
 import threading
 import time
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from touchline.core.errors import Conflict, NotFound, TouchlineError
-from touchline.core.json_values import JsonObject, number
+from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration, Warning
-from touchline.core.statements import Sentence, join, say, sentence_in
-from touchline.evaluate.claims import Case, Claim, mm
-from touchline.evaluate.verdict import GOOD_MM
+from touchline.core.statements import Sentence, join, say
 from touchline.formats import vision_processor
 from touchline.league.live import GeometryListener, Held, Publisher, PublishStatus
 from touchline.league.packet import (
@@ -36,7 +33,7 @@ from touchline.league.received import (
 )
 from touchline.network.address import interfaces
 from touchline.network.multicast import MulticastSender
-from touchline.services.container import IsAbandoned, Services
+from touchline.services.container import Services
 from touchline.services.running_part import RunningPart
 from touchline.services.saved_settings import SavedSettings, read_object
 from touchline.ssl_protocol.protobuf import decode
@@ -48,121 +45,6 @@ FILE = "publishing.json"
 RECEIVED_FILE = "heard-geometry.json"  # what another publisher's geometry adds to ours
 MERGED = ("numbers", "approved")  # by camera: those not named stay, null removes one
 log = logging.getLogger("touchline")
-
-
-def packet_claim(found: Mapping[str, Any], own_mm: float | None = None) -> Claim:
-    """Return what teams receive.
-
-    found: as GET /calibrations/{id}/packet answers. own_mm: the error inside the field by the version's verdict.
-    """
-    title, problem = say("claim.packet", "Error as received by teams"), found["problem"]
-    if problem is not None:
-        return Claim(
-            "packet",
-            "refuted",
-            say("claim.packet.none", "Cannot be published as it is"),
-            sentence_in(problem, "what"),
-            sentence_in(problem, "fix"),
-            ("packet",),
-        )
-    expected, loss = found["expected"], found["loss"]
-    notes = [
-        sentence_in(one, "text") for one in found["warnings"] if one["reason"] != "packet-error"
-    ]
-    asked = (
-        say("claim.packet.asked", "You are asked before it is published.")
-        if found["asked"]
-        else Sentence("")
-    )
-    if expected is None:
-        return Claim(
-            "packet",
-            "not-tested",
-            title,
-            join(
-                say(
-                    "claim.packet.unknown",
-                    "From the calibration, at most. Its own error is unknown.",
-                ),
-                asked,
-                *notes,
-            ),
-            figure=mm(loss["worst_mm"], at_most=True),
-        )
-    more = (
-        say(
-            "claim.packet.points-only",
-            "By the uncertainty of the points alone; the version itself is off by {mm:mm} mm.",
-            mm=own_mm,
-        )
-        if own_mm is not None and own_mm > max(expected["rms"], GOOD_MM)
-        else Sentence("")
-    )
-    return Claim(
-        "packet",
-        "held" if found["level"] == "good" and not notes else "refuted",
-        title,
-        join(asked, more, _tops(expected.get("hat")), *notes),
-        tried=("packet-decoded",),
-        figure=mm(expected["rms"]),
-    )
-
-
-def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
-    """Return whether teams receive anything. state: "on-air" only where packets go out; warnings: what keeps teams from
-    what was calibrated."""
-    what, tried = say("claim.publishing.geometry", "SSL-Vision geometry"), ("sent-packets",)
-    if warnings:
-        first = warnings[0]
-        title = (
-            say("claim.publishing.failing", "Not publishing")
-            if state in ("failing", "asking")
-            else say("claim.publishing.problems", "Publishing has problems")
-        )
-        return Claim(
-            "publishing",
-            "refuted",
-            title,
-            first.text,
-            first.fix,
-            tried,
-            True,
-            cure="publishing",
-            cases=tuple(Case(one.text, one.fix) for one in warnings),
-        )
-    if state == "on-air":
-        return Claim(
-            "publishing",
-            "held",
-            say("claim.publishing.on-air", "Publishing"),
-            what,
-            tried=tried,
-            cure="publishing",
-        )
-    return Claim(
-        "publishing",
-        "refuted",
-        say("claim.publishing.off", "Not publishing"),
-        what,
-        tried=tried,
-        cure="publishing",
-    )
-
-
-def _tops(hat: Mapping[str, Any] | None) -> Sentence:
-    if hat is None:
-        return Sentence("")
-    if hat.get("known") is False:
-        return say(
-            "claim.packet.tops-unknown",
-            "The error at robot tops is unknown, because the camera height is unknown.",
-        )
-    return say(
-        "claim.packet.tops",
-        "Robot tops ({height:.0f} mm): {error:mm} mm.",
-        height=hat["z_mm"],
-        error=hat["rms"],
-    )
 
 
 class PublishingService(RunningPart):
@@ -561,21 +443,6 @@ class PublishingService(RunningPart):
             return PassedOn.from_saved(read_object(self._received_path), time.time())
         except (ValueError, RecursionError, OSError):
             return None
-
-
-async def packet_claims(
-    services: Services, calibration: Calibration, _is_abandoned: IsAbandoned
-) -> list[Claim]:
-    """Judge what teams would receive of a version."""
-    service = services.part(PublishingService)
-    own_mm = number((calibration.report.get("verdict") or {}).get("mm"))
-    return [packet_claim(await services.run_in_thread(service.packet_json, calibration), own_mm)]
-
-
-def site_claims(services: Services) -> list[Claim]:
-    """Return whether teams receive what was calibrated."""
-    service = services.part(PublishingService)
-    return [publishing_claim(service.status()["state"], service.warnings)]
 
 
 def _left_out(cameras: Iterable[PublishedCamera]) -> list[Warning]:

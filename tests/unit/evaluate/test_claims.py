@@ -19,7 +19,7 @@ from touchline.evaluate.claims import (
 )
 from touchline.evaluate.field_lines.orientation import Orientation
 from touchline.evaluate.site_claims import SiteCamera, camera_claims
-from touchline.league.service import packet_claim, publishing_claim
+from touchline.league.claims import packet_claim, publishing_claim
 from touchline.rigs.verdict import CheckedLevel, neighbour_claim, rig_claim
 
 GOOD = {
