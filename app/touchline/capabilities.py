@@ -196,8 +196,8 @@ CAPABILITIES: Mapping[str, Capability] = {
     ),
     "league": Capability(
         routes=("touchline.league.routes:router", "touchline.league.routes:packets"),
-        claims=("touchline.league.claims:packet_claims",),
-        site_claims=("touchline.league.claims:site_claims",),
+        claims=("touchline.league.service:packet_claims",),
+        site_claims=("touchline.league.service:site_claims",),
         running=("touchline.league.service:PublishingService",),
     ),
     "referee": Capability(

@@ -20,7 +20,7 @@ MOST = {
     "tokens": 530_500,
     "files": 385,
     "untyped dictionaries": 450,
-    "modules with one importer": 58,
+    "modules with one importer": 59,
     "breaks": 0,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here

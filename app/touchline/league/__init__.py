@@ -5,8 +5,8 @@
     ball_models.py      how the ball rolls and hops, as a packet says it
     received.py         what another publisher sent, as JSON, and where it contradicts what we publish
     live.py             the publisher's thread, and the listener's
-    service.py          both of them while the server runs, as its saved settings say
     claims.py           what teams receive, as claims about a version and about the site
+    service.py          both of them while the server runs, as its saved settings say
 
 Nothing is sent or received before it is switched on. A failing network is retried for ever; the failure is reported
 with its remedy.

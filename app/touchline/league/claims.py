@@ -3,13 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from touchline.core.json_values import number
-from touchline.core.records import Calibration, Warning
+from touchline.core.records import Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.evaluate.claims import Case, Claim, mm
 from touchline.evaluate.verdict import GOOD_MM
-from touchline.league.service import PublishingService
-from touchline.services.container import IsAbandoned, Services
 
 
 def packet_claim(found: Mapping[str, Any], own_mm: float | None = None) -> Claim:
@@ -125,18 +122,3 @@ def _tops(hat: Mapping[str, Any] | None) -> Sentence:
         height=hat["z_mm"],
         error=hat["rms"],
     )
-
-
-async def packet_claims(
-    services: Services, calibration: Calibration, _is_abandoned: IsAbandoned
-) -> list[Claim]:
-    """Judge what teams would receive of a version."""
-    service = services.part(PublishingService)
-    own_mm = number((calibration.report.get("verdict") or {}).get("mm"))
-    return [packet_claim(await services.run_in_thread(service.packet_json, calibration), own_mm)]
-
-
-def site_claims(services: Services) -> list[Claim]:
-    """Return whether teams receive what was calibrated."""
-    service = services.part(PublishingService)
-    return [publishing_claim(service.status()["state"], service.warnings)]

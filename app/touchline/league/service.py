@@ -1,4 +1,4 @@
-"""Publishing while the server runs: its saved settings, and the publisher and listener that follow them."""
+"""Publishing while the server runs: its saved settings, publisher and listener that follow them, and its claims."""
 
 import json
 import logging
@@ -7,10 +7,12 @@ import time
 from collections.abc import Iterable, Sequence
 
 from touchline.core.errors import Conflict, NotFound, TouchlineError
-from touchline.core.json_values import JsonObject
+from touchline.core.json_values import JsonObject, number
 from touchline.core.records import Calibration, Warning
 from touchline.core.statements import Sentence, join, say
+from touchline.evaluate.claims import Claim
 from touchline.formats import vision_processor
+from touchline.league.claims import packet_claim, publishing_claim
 from touchline.league.live import GeometryListener, Held, Publisher, PublishStatus
 from touchline.league.packet import (
     PassedOn,
@@ -33,7 +35,7 @@ from touchline.league.received import (
 )
 from touchline.network.address import interfaces
 from touchline.network.multicast import MulticastSender
-from touchline.services.container import Services
+from touchline.services.container import IsAbandoned, Services
 from touchline.services.running_part import RunningPart
 from touchline.services.saved_settings import SavedSettings, read_object
 from touchline.ssl_protocol.protobuf import decode
@@ -443,6 +445,21 @@ class PublishingService(RunningPart):
             return PassedOn.from_saved(read_object(self._received_path), time.time())
         except (ValueError, RecursionError, OSError):
             return None
+
+
+async def packet_claims(
+    services: Services, calibration: Calibration, _is_abandoned: IsAbandoned
+) -> list[Claim]:
+    """Judge what teams would receive of a version."""
+    service = services.part(PublishingService)
+    own_mm = number((calibration.report.get("verdict") or {}).get("mm"))
+    return [packet_claim(await services.run_in_thread(service.packet_json, calibration), own_mm)]
+
+
+def site_claims(services: Services) -> list[Claim]:
+    """Return whether teams receive what was calibrated."""
+    service = services.part(PublishingService)
+    return [publishing_claim(service.status()["state"], service.warnings)]
 
 
 def _left_out(cameras: Iterable[PublishedCamera]) -> list[Warning]:
