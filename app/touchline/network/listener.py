@@ -104,7 +104,7 @@ class MulticastListener(ABC, Generic[Sender]):
         """Tell whether it has sent what is listened for: others are forgotten first."""
 
     def after_each(self) -> None:
-        """Do what is due after a packet, and several times a second without one."""
+        """Do what is due several times a second: what follows from a packet costs no more than that in a flood."""
 
     @property
     def senders(self) -> tuple[Sender, ...]:
@@ -142,7 +142,7 @@ class MulticastListener(ABC, Generic[Sender]):
         try:
             self.problem = None
             self.joined.set()
-            last_s = time.monotonic()
+            last_s = done_s = time.monotonic()
             while not self._ended.is_set():
                 datagram = receiver.receive(RECEIVE_S)
                 now = time.monotonic()
@@ -154,7 +154,9 @@ class MulticastListener(ABC, Generic[Sender]):
                     fresh = MulticastReceiver(self.address)
                     receiver.close()
                     receiver, last_s = fresh, now
-                self.after_each()
+                if now - done_s >= RECEIVE_S:
+                    self.after_each()
+                    done_s = now
         finally:
             receiver.close()
 

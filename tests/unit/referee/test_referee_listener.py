@@ -12,6 +12,7 @@ from tests.support.referee_messages import ENUMS, Referee, referee, team
 from tests.support.waiting import until
 from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.network.address import MulticastAddress
+from touchline.network.listener import RECEIVE_S
 from touchline.referee.live import RefereeListener
 from touchline.referee.received import (
     KEEP_S,
@@ -144,3 +145,18 @@ def test_a_gap_begins_anew(there):
     assert again.since_s == first.since_s
     gap = listener.accept(controller("a", 0.0, time.monotonic() - STALE_S - 1), GOOD)
     assert gap.since_s == gap.message_s > 0
+
+
+def test_a_flood_costs_no_more_than_a_few_looks_a_second():
+    way, looks = free_group(), []
+    listener = RefereeListener(MulticastAddress(**way), lambda: looks.append(time.monotonic()))
+    try:
+        assert listener.joined.wait(20)
+        begun_s = time.monotonic()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+            while listener.datagrams < 100:
+                said(GOOD, **way, sock=sock)
+        until(lambda: looks)
+        assert len(looks) <= (time.monotonic() - begun_s) / RECEIVE_S + 1
+    finally:
+        listener.close()
