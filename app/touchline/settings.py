@@ -102,7 +102,8 @@ class CameraSettings(_Section):
 class PublishSettings:
     """What the settings file says of geometry on the network.
 
-    enabled: send geometry. absorb: listen to the group. interval_s: between packets. limit_mm: a camera that
+    enabled: send geometry. absorb: listen to the group. broadcast: to all of the interface's network in place of the
+    group. interval_s: between packets. limit_mm: a camera that
     teams would receive with a larger expected error is sent once that was approved. pass_on: send another publisher's
     field, ball models and cameras as they came. listen_first_s: how long to listen for others before the first packet,
     after publishing was switched on.
@@ -114,6 +115,7 @@ class PublishSettings:
     port: int = PORT
     interface: str = ""
     ttl: int = 1
+    broadcast: bool = False
     interval_s: float = 3.0
     limit_mm: float = 30.0
     pass_on: bool = True
@@ -146,7 +148,7 @@ class PublishSettings:
 
     @property
     def address(self) -> MulticastAddress:
-        return MulticastAddress(self.group, self.port, self.interface, self.ttl)
+        return MulticastAddress(self.group, self.port, self.interface, self.ttl, self.broadcast)
 
     def to_json(self) -> JsonObject:
         return asdict(self)

@@ -1,16 +1,15 @@
-"""Publishing without a server: its settings in a folder, and the calibrations that a test has."""
+"""Publishing without a server: a publication with its settings in a folder, and the calibrations that a test has."""
 
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 from touchline.core.field import Field
 from touchline.core.records import Calibration
+from touchline.league.live import Publication
 from touchline.league.packet import NO_FIELDS
-from touchline.league.service import PublishingService
-from touchline.services.container import Services
+from touchline.league.packet_camera import PacketCameraCache
+from touchline.league.service import FILE, RECEIVED_FILE
 from touchline.settings import PublishSettings
 from touchline.store.files import RecentFailures
 
@@ -20,18 +19,14 @@ def publishing_of(
     active: Callable[[], Sequence[Calibration]],
     fields: Mapping[str, Field] = NO_FIELDS,
     **settings: Any,
-) -> PublishingService:
+) -> Publication:
     """Return it as yet not started. folder: of its files; active: returns the active calibrations."""
-    return PublishingService(
-        cast(
-            Services,
-            SimpleNamespace(
-                settings=SimpleNamespace(
-                    data=folder, publish=PublishSettings(**{"listen_first_s": 0, **settings})
-                ),
-                store=SimpleNamespace(failures=RecentFailures(), references=threading.RLock()),
-                cameras=SimpleNamespace(active_calibrations=active),
-                fields=fields,
-            ),
-        )
+    return Publication(
+        folder / FILE,
+        folder / RECEIVED_FILE,
+        PublishSettings(**{"listen_first_s": 0, **settings}).to_json(),
+        RecentFailures(),
+        active,
+        PacketCameraCache(),
+        fields,
     )

@@ -222,9 +222,9 @@ class DetectionService:
                 "extent_mm": DEFAULT_EXTENT_MM,
             }
 
-    def publish(self, packet: bytes) -> TouchlineError | None:
-        """Send a packet to the league's multicast group; return why it could not be sent."""
-        sender = self._publishing.sender
+    def publish(self, id: str, packet: bytes) -> TouchlineError | None:
+        """Send a camera's packet to where its geometry is published; return why it could not be sent."""
+        sender = self._publishing.of_camera(id).sender
         if sender is None:
             return Conflict(
                 say("publishing.off", "Publishing is off."),
@@ -262,7 +262,7 @@ class DetectionService:
         """Return the camera's number in packets, the same as in the published geometry."""
         if calibration is None:
             return 0
-        numbers = self._publishing.config.numbers
+        numbers = self._publishing.of_camera(id).config.numbers
         if id in numbers:
             return numbers[id]
         field = field_from_json(calibration.field)
@@ -326,7 +326,7 @@ class DetectionFeed(CameraFeed):
         super().receive(body)
         _, packet = split_body(body)
         if len(packet) and self.request["publish"]:
-            self.problem = self._service.publish(bytes(packet))
+            self.problem = self._service.publish(self.camera, bytes(packet))
             self.packets += self.problem is None
 
     def update_status(self, status: Mapping[str, Any]) -> None:

@@ -67,10 +67,17 @@ def packet_claim(found: Mapping[str, Any], own_mm: float | None = None) -> Claim
     )
 
 
-def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
+def publishing_claim(
+    state: str, warnings: Sequence[Warning], rig: str = "", title: str = ""
+) -> Claim:
     """Return whether teams receive anything. state: "on-air" only where packets go out; warnings: what keeps teams from
-    what was calibrated."""
-    what, tried = say("claim.publishing.geometry", "SSL-Vision geometry"), ("sent-packets",)
+    what was calibrated; rig, title: whose cameras, where a rig is published separately."""
+    code, tried = f"publishing-{rig}" if rig else "publishing", ("sent-packets",)
+    what = (
+        say("claim.publishing.geometry-of-rig", "SSL-Vision geometry of {rig}", rig=title)
+        if rig
+        else say("claim.publishing.geometry", "SSL-Vision geometry")
+    )
     if warnings:
         first = warnings[0]
         title = (
@@ -79,7 +86,7 @@ def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
             else say("claim.publishing.problems", "Publishing has problems")
         )
         return Claim(
-            "publishing",
+            code,
             "refuted",
             title,
             first.text,
@@ -91,7 +98,7 @@ def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
         )
     if state == "on-air":
         return Claim(
-            "publishing",
+            code,
             "held",
             say("claim.publishing.on-air", "Publishing"),
             what,
@@ -99,7 +106,7 @@ def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
             cure="publishing",
         )
     return Claim(
-        "publishing",
+        code,
         "refuted",
         say("claim.publishing.off", "Not publishing"),
         what,

@@ -4,7 +4,7 @@ import hashlib
 from datetime import UTC, datetime
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
 from pydantic import Field
 from starlette.responses import Response
 
@@ -20,7 +20,8 @@ from touchline.formats import vision_processor
 from touchline.formats.numbers import format_error
 from touchline.league.ball_models import BallModels
 from touchline.league.packet import PublishingConfig
-from touchline.league.service import PublishingService
+from touchline.league.service import SERVER, PublishingService
+from touchline.services.container import Services
 from touchline.services.forms import Name, Number, Rotate, Size, Strict
 from touchline.services.import_file import OPTIONS, import_file
 from touchline.workflows.interchange import ball_models
@@ -56,6 +57,8 @@ Publishing = response(
     ball_models=JsonObject | None,
     cameras=list_of(PublishedCamera),
     interfaces=list[JsonObject],
+    rig=str,
+    rigs=list[JsonObject],
 )
 GeometrySender = response(
     "GeometrySender",
@@ -104,6 +107,13 @@ YAML: Responses = {200: {"content": {"application/yaml": {"schema": {}}}}}
 MAX_FILE_BYTES = 1 << 20
 Text = Annotated[str, Field(max_length=64)]
 WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
+Rig = Annotated[
+    str,
+    Query(
+        pattern=r"^([A-Za-z0-9][A-Za-z0-9._-]{0,63})?$",
+        description="a rig that is published separately; empty: all cameras of no such rig",
+    ),
+]
 
 
 class PublishingChanges(Strict):
@@ -115,6 +125,9 @@ class PublishingChanges(Strict):
     port: Annotated[int, Field(ge=1, le=65535)] = 10006
     interface: Text = Field("", description="name or address; empty: the system's choice")
     ttl: Annotated[int, Field(ge=0, le=255)] = 1
+    broadcast: bool = Field(
+        False, description="send to all of the interface's network in place of the group"
+    )
     interval_s: Annotated[float, Field(ge=0.1, le=60)] = 3.0
     limit_mm: Annotated[Number, Field(ge=0, le=100_000)] = 30.0
     pass_on: bool = Field(
@@ -157,51 +170,64 @@ class ImportBody(Strict):
 
 @router.get("", response_model=Publishing)
 @in_thread
-def read_publishing(services: ServicesDep) -> Json:
+def read_publishing(services: ServicesDep, rig: Rig = SERVER) -> Json:
     """Return settings and state, and what each camera's calibration loses in the league's format, sent or not.
 
-    The ETag of the settings goes into the next PUT's If-Match.
+    The ETag of the settings goes into the next PUT's If-Match. 404 for a rig that is not published separately.
     """
     publishing = services.part(PublishingService)
-    etag = publishing.etag  # an older one than the settings only makes a change too careful
-    return versioned(publishing.status(), etag)
+    etag = publishing.of(rig).etag  # an older one than the settings only makes a change too careful
+    return versioned(publishing.status(rig), etag)
 
 
 @router.put("", response_model=Publishing)
 async def update_publishing(
-    services: ServicesDep, body: PublishingChanges, if_match: IfMatch = None
+    services: ServicesDep, body: PublishingChanges, rig: Rig = SERVER, if_match: IfMatch = None
 ) -> Json:
     """Change some settings, also for after a restart; omitted values stay. 409 where this network cannot send it.
 
-    With If-Match only if nobody has changed them since: else 412, with `current`.
+    With If-Match only if nobody has changed them since: else 412, with `current`. A rig is published separately from
+    then on: its cameras are in no other packet.
     """
     publishing = services.part(PublishingService)
-    await services.run_in_thread(
-        publishing.change, body.model_dump(exclude_unset=True), etag=if_match
-    )
+    changes = body.model_dump(exclude_unset=True)
+    await services.run_in_thread(publishing.change, rig, changes, if_match)
+    await _follow(services)
+    return await read_publishing(services, rig=rig)
+
+
+@router.delete("", status_code=204, response_class=Response)
+async def end_separate_publishing(
+    services: ServicesDep, rig: Annotated[Rig, Query(min_length=1)], if_match: IfMatch = None
+) -> None:
+    """Publish a rig with all other cameras again; its own settings are deleted. With If-Match only if unchanged."""
+    await services.run_in_thread(services.part(PublishingService).end, rig, if_match)
+    await _follow(services)
+
+
+async def _follow(services: Services) -> None:
     for part in services.running_parts:  # the game controller is listened to on the same network
         await services.run_in_thread(part.wake)
     # their detections go by the same numbers
     for camera in await services.run_in_thread(services.cameras.all):
         services.live.refresh(camera.id)
-    return await read_publishing(services)
 
 
 @router.post("/confirm", response_model=Publishing)
-async def confirm_publishing(services: ServicesDep) -> Json:
+async def confirm_publishing(services: ServicesDep, rig: Rig = SERVER) -> Json:
     """Publish although another program does, where `state` is "asking"; else nothing changes."""
-    services.part(PublishingService).publish_anyway()
-    return await read_publishing(services)
+    services.part(PublishingService).of(rig).publish_anyway()
+    return await read_publishing(services, rig=rig)
 
 
 @router.get("/geometry.yml", response_class=Response, responses=YAML)
 @in_thread
-def download_geometry(services: ServicesDep) -> Response:
+def download_geometry(services: ServicesDep, rig: Rig = SERVER) -> Response:
     """Return what is published, or would be, as a geometry.yml for vision-processor's publisher.
 
     409 where no camera can be published, or the file cannot hold the field.
     """
-    data = services.part(PublishingService).geometry_file()
+    data = services.part(PublishingService).of(rig).geometry_file()
     kind = vision_processor.FORMAT
     name = {"Content-Disposition": attachment(f"touchline{kind.suffix}")}
     return Response(data, media_type=kind.media_type, headers=name)
@@ -227,18 +253,18 @@ async def read_ball_models(request: Request, services: ServicesDep) -> Json:
 
 @router.get("/heard", response_model=GeometrySenders)
 @in_thread
-def list_geometry_senders(services: ServicesDep) -> Json:
+def list_geometry_senders(services: ServicesDep, rig: Rig = SERVER) -> Json:
     """List who else publishes geometry: each sender's newest complete packet, and what of it contradicts ours."""
-    return Json(services.part(PublishingService).received())
+    return Json(services.part(PublishingService).of(rig).received())
 
 
 @router.post("/heard/{id}/import", status_code=201, response_model=schemas.Calibration)
 @in_thread
 def import_geometry_camera(
-    services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody
+    services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody, rig: Rig = SERVER
 ) -> Json:
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""
-    sender = services.part(PublishingService).remote_publisher(id)
+    sender = services.part(PublishingService).of(rig).remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():
         raise Conflict(
             say(

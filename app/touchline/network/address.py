@@ -11,8 +11,9 @@ from touchline.core.errors import BadInput, Conflict
 from touchline.core.statements import Sentence, join, say
 
 GROUP, PORT = "224.5.23.2", 10006  # the league's usual ones for vision
+MAX_BROADCAST_PREFIX = 30  # bits; networks of one or two addresses have none for all
 MAX_NAME = 15  # bytes of an interface's name; Linux' IFNAMSIZ less its end
-SIOCGIFADDR = 0x8915
+SIOCGIFADDR, SIOCGIFNETMASK = 0x8915, 0x891B
 
 
 class NetworkError(Conflict):
@@ -25,13 +26,15 @@ class NetworkError(Conflict):
 class MulticastAddress:
     """interface: an address of this machine or an interface's name; "" leaves the choice to the system.
 
-    ttl: 0 stays on this machine, 1 in the local network, more passes routers that forward multicast.
+    ttl: 0 stays on this machine, 1 in the local network, more passes routers that forward multicast. broadcast: to
+    all of the interface's network in place of the group.
     """
 
     group: str = GROUP
     port: int = PORT
     interface: str = ""
     ttl: int = 1
+    broadcast: bool = False
 
     def __post_init__(self) -> None:
         try:
@@ -86,6 +89,48 @@ class MulticastAddress:
             except OSError:
                 raise self.no_interface_error() from None
         return socket.inet_aton(self.group) + socket.inet_aton(address) + struct.pack("i", index)
+
+    def destination(self) -> tuple[str, int]:
+        """Return where packets go: the group, or the broadcast address of the interface's network; NetworkError."""
+        return (self._broadcast_address() if self.broadcast else self.group), self.port
+
+    def meets(self, other: "MulticastAddress") -> bool:
+        """Tell whether who listens to one of them receives packets to the other as well."""
+        one, another = _device(self.interface), _device(other.interface)
+        return (
+            self.port == other.port
+            and (self.group == other.group or self.broadcast or other.broadcast)
+            and (one == another or "" in (one, another))
+        )
+
+    def _broadcast_address(self) -> str:
+        """Return that of the interface, or of the one through which multicast would leave."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            own = self.interface
+            if not own:
+                try:
+                    probe.connect((self.group, self.port))  # looks up the route and sends nothing
+                except OSError as error:
+                    raise self.network_error(error) from None
+                own = probe.getsockname()[0]
+            for one in interfaces():
+                if own in (one["name"], one["address"]) and one["address"]:
+                    mask = _asked(probe, SIOCGIFNETMASK, str(one["name"]))
+                    network = ipaddress.IPv4Interface(f"{one['address']}/{mask}").network
+                    if network.prefixlen > MAX_BROADCAST_PREFIX:
+                        break
+                    return str(network.broadcast_address)
+        if not any(own in (one["name"], one["address"]) for one in interfaces()):
+            raise self.no_interface_error()
+        raise NetworkError(
+            say(
+                "multicast.no-broadcast",
+                "The network of the interface {interface} has no broadcast address.",
+                interface=own,
+            ),
+            say("multicast.no-broadcast.fix", "Send to the group, or use another interface."),
+            reason="no-broadcast",
+        )
 
     def no_interface_error(self) -> NetworkError:
         what = (
@@ -155,7 +200,8 @@ def interfaces() -> list[dict[str, str | None]]:
     """List this machine's interfaces: {"name", "address"}; address None without IPv4."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         return [
-            {"name": name, "address": _address_of(probe, name)} for _, name in socket.if_nameindex()
+            {"name": name, "address": _asked(probe, SIOCGIFADDR, name)}
+            for _, name in socket.if_nameindex()
         ]
 
 
@@ -183,12 +229,21 @@ def known_interfaces() -> Sentence:
     )
 
 
-def _address_of(probe: socket.socket, name: str) -> str | None:
+def _asked(probe: socket.socket, request: int, name: str) -> str | None:
+    """Ask for an interface's address or netmask; None without IPv4."""
     try:
-        answer = fcntl.ioctl(probe, SIOCGIFADDR, struct.pack("256s", name.encode()[:MAX_NAME]))
+        answer = fcntl.ioctl(probe, request, struct.pack("256s", name.encode()[:MAX_NAME]))
     except OSError:
         return None
     return socket.inet_ntoa(answer[20:24])
+
+
+def _device(interface: str) -> str:
+    """Return the name of the interface that has that name or address; the text itself where none has."""
+    return next(
+        (str(one["name"]) for one in interfaces() if interface and one["address"] == interface),
+        interface,
+    )
 
 
 def _may_be_interface(text: str) -> bool:

@@ -48,7 +48,7 @@ class MulticastSender:
         with self._opened() as probe:
             try:
                 # looks up the route and sends nothing
-                probe.connect((self.address.group, self.address.port))
+                probe.connect(self.address.destination())
             except OSError as error:
                 raise self.address.network_error(error) from None
 
@@ -72,8 +72,10 @@ class MulticastSender:
         with self._lock:
             for last in (self._socket is None, True):
                 self._socket = self._socket or self._opened()
+                # a network with another address takes the old one's broadcasts for another's, and nobody fails
+                destination = self.address.destination()
                 try:
-                    self._socket.sendto(packet, (self.address.group, self.address.port))
+                    self._socket.sendto(packet, destination)
                     if (port := self._socket.getsockname()[1]) not in self._ports:
                         self._ports.append(port)
                     return
@@ -100,6 +102,7 @@ class MulticastSender:
                 # also to listeners on this machine
                 opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
                 opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, self.address.request())
+                opened.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, self.address.broadcast)
                 # a port of its own from now on, by which our own packets are known
                 opened.bind(("", 0))
                 # a full queue loses a packet, as UDP may; it never holds anybody up
@@ -143,17 +146,21 @@ class Receiver:
 
 
 class MulticastReceiver(Receiver):
-    """A socket that has joined a multicast group; other programs may share its port."""
+    """A socket that has joined a multicast group, or receives broadcasts; other programs may share its port."""
 
     def __init__(self, address: MulticastAddress) -> None:
         """Join; NetworkError where the group cannot be joined."""
+        destination = address.destination()
         with _opening(address.network_error) as self._socket:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             # some listeners share only so
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-            # the group, or other groups' packets would come as well
-            self._socket.bind((address.group, address.port))
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, address.request())
+            # the group, or other groups' packets would come as well; the same of networks with broadcasts
+            self._socket.bind(destination)
+            if not address.broadcast:
+                self._socket.setsockopt(
+                    socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, address.request()
+                )
 
 
 class UnicastReceiver(Receiver):

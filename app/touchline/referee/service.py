@@ -15,7 +15,7 @@ from touchline.core.json_values import JsonObject, read
 from touchline.core.records import Warning
 from touchline.core.statements import say
 from touchline.installation import shipped
-from touchline.league.service import PublishingService
+from touchline.league.service import SERVER, PublishingService
 from touchline.network.address import MulticastAddress, interfaces
 from touchline.network.multicast import MulticastReceiver
 from touchline.referee.heights import (
@@ -253,13 +253,14 @@ class RefereeService(RunningPart):
 
     @property
     def _wanted_address(self) -> MulticastAddress | None:
-        publishing, wanted = self._publishing.config, self.config.enabled
+        wanted = self.config.enabled
         if wanted is None:
-            wanted = publishing.enabled or publishing.absorb
+            publications = self._publishing.publications.values()
+            wanted = any(one.config.enabled or one.config.absorb for one in publications)
         return self._address_of(self.config) if wanted else None
 
     def _address_of(self, config: RefereeConfig) -> MulticastAddress:
-        interface = config.interface or self._publishing.config.interface
+        interface = config.interface or self._publishing.of(SERVER).config.interface
         return MulticastAddress(config.group, config.port, interface)
 
     def _listen_to(self, address: MulticastAddress | None) -> None:

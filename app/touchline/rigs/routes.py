@@ -206,8 +206,11 @@ def save_rig(
 @router.delete("/{name}", status_code=204, response_class=Response)
 @in_thread
 def delete_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
-    """Delete a rig; its cameras and their calibrations stay. With If-Match only if it is unchanged."""
-    services.store.rigs.delete(name, if_match)
+    """Delete a rig; its cameras and their calibrations stay. With If-Match only if it is unchanged.
+
+    409 while it is published separately.
+    """
+    service.delete(services, name, if_match)
 
 
 @router.get("/{name}/stitched.json", response_model=StitchedView)

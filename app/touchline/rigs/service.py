@@ -13,7 +13,7 @@ from typing import Any, Literal, final
 from anyio import from_thread
 from typing_extensions import TypedDict
 
-from touchline.core.errors import BadInput, FitFailed, TouchlineError
+from touchline.core.errors import BadInput, Conflict, FitFailed, TouchlineError
 from touchline.core.field_json import field_from_json
 from touchline.core.jobs import Progress
 from touchline.core.records import Calibration
@@ -189,7 +189,30 @@ def save(
 ) -> Document:
     """Save a rig over the one with that ETag, None for a new one; BadInput, NotFound, Conflict or Stale."""
     with services.store.references:
-        return services.store.rigs.save(name, _checked_definition(services, definition), etag, by)
+        saved = services.store.rigs.save(name, _checked_definition(services, definition), etag, by)
+    _follow(services, name)
+    return saved
+
+
+def delete(services: Services, name: str, etag: str | None) -> None:
+    """Delete a rig; NotFound, Stale, or Conflict while it is published separately."""
+    with services.store.references:
+        users = [use for part in services.running_parts for use in part.uses_of_rig(name)]
+        if users:
+            raise Conflict(
+                say("rig.in-use", "The rig {name} is in use: {users}.", name=name, users=users),
+                say("rig.stop-publishing", "Stop publishing it, then delete it."),
+                reason="rig-used",
+            )
+        services.store.rigs.delete(name, etag)
+    _follow(services, name)
+
+
+def _follow(services: Services, name: str) -> None:
+    for part in services.running_parts:
+        part.rig_changed(name)
+    for camera in services.live.running:  # whose packets may leave otherwise now
+        from_thread.run_sync(services.live.refresh, camera)
 
 
 def _checked_definition(services: Services, definition: Mapping[str, Any]) -> dict[str, Any]:

@@ -36,3 +36,10 @@ class RunningPart:
     def uses_of_field(self, name: str) -> list[Sentence]:
         """Name what would miss that field: it is not deleted then."""
         return []
+
+    def uses_of_rig(self, name: str) -> list[Sentence]:
+        """Name what would miss that rig: it is not deleted then."""
+        return []
+
+    def rig_changed(self, name: str) -> None:
+        """Note that a rig was saved or deleted; called in a worker thread."""

@@ -64,6 +64,7 @@ class SavedSettings(Generic[Config]):
     def save(self, saved: JsonObject, config: Config) -> None:
         """Save what after() returned; from now on it counts."""
         with self._failures.noted("The setting"):
+            self.path.parent.mkdir(exist_ok=True)
             write_atomically(self.path, json.dumps(saved, indent=1).encode())
         self._changes, self.config, self.is_damaged = saved, config, False
 
