@@ -54,6 +54,11 @@ other, camera, live, snapshot, colours, clip, rig, job, lens = map(
 )
 
 
+def separate(world: World) -> dict[str, Any]:
+    world.ask("PUT", f"/publishing?rig={world.rig}", json={})
+    return {"rig": world.rig}
+
+
 def pictured(world: World) -> dict[str, Any]:
     return {"snapshot": world.snapshot}
 
@@ -188,6 +193,7 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /motion": sent(json=motion()),
     "POST /pairs": sent(json=pair),
     "POST /pairs/lines": sent(json=lambda w: {**pair(w), "points_a": POINTS}),
+    "DELETE /publishing": sent(params=separate),
     "GET /publishing": sent(),
     "PUT /publishing": sent(json={"enabled": False}),
     "POST /publishing/ball-models/read": sent(files={"file": GEOMETRY}),

@@ -175,6 +175,47 @@ def test_the_field_shows_each_camera_that_goes_out_and_why_others_do_not(page, o
     expect(absent).to_have_count(1)
 
 
+def test_a_rig_is_published_separately_and_goes_back_to_the_others(page, own_server):
+    for number, camera in enumerate(("overhead", "east")):
+        activate_half(own_server, camera, number)
+    rig = {"title": "Field B", "field": "ssl-div-b", "cameras": ["east"]}
+    assert own_server.api("PUT", "/rigs/field-b", json=rig).status_code == 201
+    way = {**free_group(), "interface": "lo"}
+    assert own_server.api("PUT", "/publishing", json={**way, "listen_first_s": 0}).ok
+    page.goto(f"{own_server.url}/#/system/publishing")
+    expect(page.get_by_test_id("sent-east")).to_be_visible(timeout=LONG_MS)
+    page.get_by_test_id("network-separate").select_option("field-b")
+    expect(page.get_by_test_id("network-rig")).to_have_value("field-b")
+    expect(page.get_by_test_id("sent-overhead")).to_have_count(0)
+    expect(page.get_by_test_id("sent-east")).to_be_visible()
+    own = free_group()
+    for name, value in {"group": own["group"], "port": own["port"], "ttl": 0}.items():
+        page.get_by_test_id(f"network-{name}").fill(str(value))
+        with page.expect_response(lambda r: r.request.method == "PUT" and "rig=field-b" in r.url):
+            page.get_by_test_id(f"network-{name}").press("Tab")
+    page.get_by_test_id("network-interface").select_option("lo")
+    with Listener(**own) as ear:
+        page.get_by_test_id("publish").click()
+        state = page.get_by_test_id("network-state")
+        expect(state).to_have_attribute("data-state", "on-air", timeout=LONG_MS)
+        assert len(listener.Packet.FromString(ear.receive().data).geometry.calib) == 1
+        expect(page.get_by_test_id("network-together")).to_be_disabled()
+        expect(page.get_by_test_id("plan-of-overhead")).to_have_count(0)
+        page.set_viewport_size({"width": 1280, "height": 900})
+        manual_picture(page.get_by_test_id("network"), "separate-rig")
+        page.get_by_test_id("network-rig").select_option("")
+        expect(state).to_have_attribute("data-state", "off")
+        expect(page.get_by_test_id("sent-east")).to_have_count(0)
+        expect(page.get_by_test_id("sent-overhead")).to_be_visible()
+        page.get_by_test_id("network-rig").select_option("field-b")
+        expect(state).to_have_attribute("data-state", "on-air")
+        page.get_by_test_id("publish").click()
+        page.get_by_test_id("network-together").click()
+    expect(page.get_by_test_id("network-rig")).to_have_count(0)
+    expect(page.get_by_test_id("sent-overhead")).to_be_visible()
+    expect(page.get_by_test_id("sent-east")).to_be_visible()
+
+
 @pytest.mark.long
 def test_an_interface_that_is_not_there_is_told_on_the_page(page, own_server):
     page.goto(f"{own_server.url}/#/system/publishing")

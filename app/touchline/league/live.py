@@ -18,7 +18,7 @@ from touchline.core.records import Calibration, Warning
 from touchline.core.sentences import TRIES_AGAIN
 from touchline.core.statements import say
 from touchline.formats import vision_processor
-from touchline.league import problems
+from touchline.league import claims
 from touchline.league.packet import (
     NO_FIELDS,
     FitPacketCamera,
@@ -273,16 +273,16 @@ class Publication:
         publisher, listener = self._publisher, self._listener
         found: list[Warning] = []
         if self._settings.is_damaged:  # nothing is sent until somebody has looked
-            found.append(problems.damaged_settings(self._settings.path.name))
+            found.append(claims.damaged_settings(self._settings.path.name))
         if publisher is not None:
             status = publisher.status
             asking_about = self._others(status.packet) if status.held == "asking" else []
-            found += problems.of_publisher(status.problem, status.cameras, asking_about)
+            found += claims.of_publisher(status.problem, status.cameras, asking_about)
         if listener is not None:
             if (problem := listener.problem) is not None:
-                found.append(problems.of_listener(problem))
+                found.append(claims.of_listener(problem))
             on_air = () if publisher is None else publisher.status.on_air
-            found += problems.of_senders(listener.senders, on_air, time.monotonic())
+            found += claims.of_senders(listener.senders, on_air, time.monotonic())
         return tuple(found)
 
     def start(self) -> None:

@@ -309,7 +309,7 @@ def _reason_left_out(
             ),
             say(
                 "publishing.change-field",
-                "Publish that field instead, or change the field of this camera.",
+                "Publish that field instead, publish the rig of this camera separately, or change its field.",
             ),
             reason="other-field",
         )

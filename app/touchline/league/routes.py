@@ -58,6 +58,7 @@ Publishing = response(
     cameras=list_of(PublishedCamera),
     interfaces=list[JsonObject],
     rig=str,
+    members=list[str],
     rigs=list[JsonObject],
 )
 GeometrySender = response(

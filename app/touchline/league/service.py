@@ -37,7 +37,7 @@ class PublishingService(RunningPart):
 
     def __init__(self, services: Services) -> None:
         self._settings, self._store = services.settings, services.store
-        self._active, self._fields = services.cameras.active_calibrations, services.fields
+        self._cameras, self._fields = services.cameras, services.fields
         self.packet_camera = PacketCameraCache()
         self._running = False
         self._lock = threading.RLock()
@@ -138,12 +138,14 @@ class PublishingService(RunningPart):
         return {
             **self.of(rig).status(),
             "rig": rig,
+            "members": [
+                one.id for one in self._cameras.all() if self._rig_of.get(one.id, SERVER) == rig
+            ],
             "rigs": [
                 {
                     "name": one.name,
                     "title": one.body["title"] or one.name,
                     "separate": one.name in self._rigs,
-                    "cameras": _cameras_of(one),
                 }
                 for one in self._store.rigs.all()
             ],
@@ -222,7 +224,11 @@ class PublishingService(RunningPart):
 
     def _calibrations(self, rig: str) -> list[Calibration]:
         """Return the active calibrations of a publication's cameras."""
-        return [one for one in self._active() if self._rig_of.get(one.camera or "", SERVER) == rig]
+        return [
+            one
+            for one in self._cameras.active_calibrations()
+            if self._rig_of.get(one.camera or "", SERVER) == rig
+        ]
 
     def _assign_cameras(self) -> None:
         """Note which camera belongs to which rig with its own publication: of several the first."""

@@ -115,7 +115,7 @@ class MulticastAddress:
                 own = probe.getsockname()[0]
             for one in interfaces():
                 if own in (one["name"], one["address"]) and one["address"]:
-                    mask = _asked(probe, SIOCGIFNETMASK, str(one["name"]))
+                    mask = _ioctl(probe, SIOCGIFNETMASK, str(one["name"]))
                     network = ipaddress.IPv4Interface(f"{one['address']}/{mask}").network
                     if network.prefixlen > MAX_BROADCAST_PREFIX:
                         break
@@ -200,7 +200,7 @@ def interfaces() -> list[dict[str, str | None]]:
     """List this machine's interfaces: {"name", "address"}; address None without IPv4."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         return [
-            {"name": name, "address": _asked(probe, SIOCGIFADDR, name)}
+            {"name": name, "address": _ioctl(probe, SIOCGIFADDR, name)}
             for _, name in socket.if_nameindex()
         ]
 
@@ -229,7 +229,7 @@ def known_interfaces() -> Sentence:
     )
 
 
-def _asked(probe: socket.socket, request: int, name: str) -> str | None:
+def _ioctl(probe: socket.socket, request: int, name: str) -> str | None:
     """Ask for an interface's address or netmask; None without IPv4."""
     try:
         answer = fcntl.ioctl(probe, request, struct.pack("256s", name.encode()[:MAX_NAME]))

@@ -1,6 +1,6 @@
 // Geometry on the league's multicast group: published and received, polled while the panel is open.
 import { computed, signal } from "@preact/signals";
-import { call, online, request } from "../../core/api.js";
+import { call, online, Problem, request } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { polling } from "../../core/polling.js";
 import { route } from "../../core/route.js";
@@ -20,6 +20,8 @@ export const publishing = signal(/** @type {Publishing | null} */ (null));
 export const receivedGeometry = signal(
   /** @type {import("./types").ReceivedGeometry | null} */ (null),
 );
+/** The rig that is shown, of those that are published separately; "": the cameras of no such rig. */
+export const shownRig = signal("");
 const changes = requestOrder(),
   underway = signal(0);
 /** The ETag of the settings on show, and the end of the changes that are under way: each is made from the last. */
@@ -41,19 +43,53 @@ export const { start: followNetwork } = polling(refreshNetwork, () =>
 );
 
 export async function refreshNetwork() {
-  const isStill = changes.since();
+  const isStill = changes.since(),
+    rig = shownRig.value;
   try {
     const [found, others] = await Promise.all([
-      request("GET", "/publishing"),
-      call("GET", "/publishing/heard"),
+      request("GET", ofShownRig("/publishing")),
+      call("GET", ofShownRig("/publishing/heard")),
     ]);
-    receivedGeometry.value = others;
     const state = await found.json();
-    if (!isStill()) return; // it is older than what was asked for since
+    if (!isStill() || rig !== shownRig.value) return; // it is older than what was asked for since
+    receivedGeometry.value = others;
     publishing.value = state;
     seen = etagOf(found);
-  } catch {
-    /* a silent server is told elsewhere */
+  } catch (error) {
+    // another user has ended it, or deleted the rig; a silent server is told elsewhere
+    if (error instanceof Problem && error.status === 404 && rig) showRig("");
+  }
+}
+
+/** @param {string} path of the publication that is shown */
+export const ofShownRig = (path) =>
+  shownRig.value ? `${path}?rig=${encodeURIComponent(shownRig.value)}` : path;
+
+/** @param {string} rig published separately, or "" */
+export function showRig(rig) {
+  shownRig.value = rig;
+  void refreshNetwork();
+}
+
+/** Publish a rig separately from now on, switched off at first. @param {string} rig */
+export async function separateRig(rig) {
+  try {
+    await request("PUT", `/publishing?rig=${encodeURIComponent(rig)}`, { json: {} });
+    showRig(rig);
+  } catch (error) {
+    notifyError(error);
+  }
+}
+
+/** Publish the rig that is shown with all others again. */
+export async function endSeparateRig() {
+  try {
+    await request("DELETE", ofShownRig("/publishing"), {
+      headers: seen ? { "If-Match": seen } : {},
+    });
+    showRig("");
+  } catch (error) {
+    notifyError(error);
   }
 }
 
@@ -65,14 +101,15 @@ const etagOf = (/** @type {Response} */ answer) => answer.headers.get("ETag") ??
  */
 export const setPublishing = (wanted) =>
   change(() =>
-    request("PUT", "/publishing", {
+    request("PUT", ofShownRig("/publishing"), {
       json: wanted,
       headers: seen ? { "If-Match": seen } : {},
     }),
   );
 
 /** Publish although another program does. */
-export const confirmPublishing = () => change(() => request("POST", "/publishing/confirm"));
+export const confirmPublishing = () =>
+  change(() => request("POST", ofShownRig("/publishing/confirm")));
 
 /** @param {() => Promise<Response>} ask which answers with the state */
 async function change(ask) {
@@ -119,7 +156,7 @@ export async function readBallModels(file) {
  */
 export async function saveReceived(sender, camera, name) {
   try {
-    const made = await call("POST", `/publishing/heard/${sender.id}/import`, {
+    const made = await call("POST", ofShownRig(`/publishing/heard/${sender.id}/import`), {
       camera_id: camera.camera_id,
       camera: name,
       sha256: sender.sha256,

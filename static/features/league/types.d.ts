@@ -22,6 +22,7 @@ export interface BallModels {
 /** GET /publishing. */
 export interface Publishing {
   enabled: boolean; absorb: boolean; group: string; port: number; interface: string; ttl: number; interval_s: number; limit_mm: number; pass_on: boolean;
+  broadcast: boolean; rig: string; members: string[]; rigs: { name: string; title: string; separate: boolean }[];
   listen_first_s: number; ball_models: BallModels | null;
   passed_on: { address: string; source: string; heard_at: number; models: boolean; cameras: number[] } | null;
   state: "off" | "starting" | "asking" | "on-air" | "silent" | "failing"; problem: Trouble | null;

@@ -9,12 +9,10 @@ from dataclasses import replace
 import pytest
 
 from tests.support import ssl_listener as listener
-from tests.support.exported import model_of, of_model
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.league_geometry import PROGRAMS, packet_of
-from tests.support.publishing import publishing_of
+from tests.support.publishing import over, publishing_of
 from tests.support.waiting import until
-from touchline.core.field import Field
 from touchline.league.live import GeometryListener
 from touchline.league.packet import (
     MAX_AGE_S,
@@ -30,7 +28,6 @@ from touchline.league.received import (
     geometry_to_pass_on,
 )
 from touchline.league.service import RECEIVED_FILE
-from touchline.models.ray_camera import Ssl
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket, GeometryPartsPacket
 from touchline.store.fields import load_fields
@@ -38,21 +35,6 @@ from touchline.store.fields import load_fields
 FIELDS = load_fields()
 FIELD = FIELDS["ssl-div-b"]
 UNKNOWN = b"\xa2\x06\x03abc"  # field 100 of a message: a program newer than ours
-
-
-def over(field: Field, **changes):
-    """A calibration whose camera a packet holds exactly, above the whole field."""
-    region = field.regions["full"]
-    model = model_of("ssl", 0)
-    assert isinstance(model, Ssl)
-    high = replace(
-        model,
-        region=region,
-        rotation=(3.141592653589793, 0.0, 0.0),
-        position_mm=(0.0, 0.0, 6000.0),
-        focal_px=700.0,
-    )
-    return of_model(high, **{"field": field.to_json(), **changes})
 
 
 def packet_with_unknown(program: str, division: str = "ssl-div-b") -> bytes:

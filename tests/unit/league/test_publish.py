@@ -368,7 +368,7 @@ def test_an_address_is_here_only_where_this_machine_has_it():
 
 def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
     config = PublishingConfig(
-        *(True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, False, 0.0, "ssl-div-b"),
+        *(True, True, "239.1.1.1", 1234, "lo", 3, True, 0.5, 2.0, False, 0.0, "ssl-div-b"),
         BallModels(StraightTwoPhase(-3.0, -0.4, 0.6), ChipFixedLoss(0.5, 0.9, 0.6)),
         {"a": 1},
         {"a": "b"},

@@ -2,7 +2,13 @@
 import { address } from "../../../core/api.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
-import { changing, confirmPublishing, receivedGeometry, setPublishing } from "../network.js";
+import {
+  changing,
+  confirmPublishing,
+  ofShownRig,
+  receivedGeometry,
+  setPublishing,
+} from "../network.js";
 
 const senders = () =>
   (receivedGeometry.value?.items ?? []).filter((sender) => sender.geometry_age_s !== null);
@@ -35,7 +41,11 @@ export const Asking = ({ it }) => html`<div class="warning-line" role="alert" da
     >
       ${t("network.asking.silent")}
     </button>
-    <a data-testid="geometry-file" href=${address("/publishing/geometry.yml")} download="touchline.geometry.yml">
+    <a
+      data-testid="geometry-file"
+      href=${address(ofShownRig("/publishing/geometry.yml"))} 
+      download="touchline.geometry.yml"
+    >
       ${t("network.asking.file")}
     </a>
   </div>

@@ -18,6 +18,7 @@ import {
 import { RobotHeights } from "../../referee/panels/robot_heights.js";
 import { Asking } from "./asking.js";
 import { BallModelSettings } from "./ball_models.js";
+import { Publications } from "./publications.js";
 import { SentPlan } from "./sent_plan.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
@@ -45,6 +46,7 @@ export function PublishingPage() {
     <h1>${t("network.publishing")}</h1>
     <section class="network" data-testid="network" aria-label=${t("network.network")}>
       <${Title} of="network">${t("network.title")}<//>
+      <${Publications} it=${it} />
       <p data-testid="network-state" data-state=${it.state}>
         <b>${STATES[it.state]}</b> <small>${summary(it)}</small>
         ${
@@ -100,7 +102,7 @@ export function PublishingPage() {
       <${Way} it=${it} />
       <${BallModelSettings} models=${it.ball_models} />
       <div class="plan-and-table">
-        <${SentPlan} all=${it.cameras} error=${receivedError} />
+        <${SentPlan} it=${it} error=${receivedError} />
         <${Sent} it=${it} />
       </div>
       ${
@@ -129,6 +131,10 @@ function summary(it) {
     return it.absorb ? t("network.summary.listening") : t("network.summary.off");
   const count = it.cameras.filter((c) => c.published).length,
     sent = { count, total: it.cameras.length, group: it.group, port: it.port };
+  if (it.broadcast)
+    return it.interface
+      ? t("network.summary.broadcast", { ...sent, interface: it.interface })
+      : t("network.summary.broadcast-system", sent);
   return it.interface
     ? t("network.summary.sent", { ...sent, interface: it.interface })
     : t("network.summary.sent-system", sent);
@@ -172,17 +178,25 @@ function Way({ it }) {
       title=${t("network.way.limit.hint")}
     />
   </div>
-  <label class="tick" title=${t("network.way.pass-on.hint")}>
-    <input
-      type="checkbox"
-      data-testid="network-pass_on"
-      checked=${it.pass_on}
-      disabled=${changing.value}
-      onChange=${(/** @type {any} */ e) => void setPublishing({ pass_on: e.target.checked })}
-    />
+  <${Tick} name="broadcast" on=${it.broadcast} title=${t("network.way.broadcast.hint")}>
+    ${t("network.way.broadcast")}
+  <//>
+  <${Tick} name="pass_on" on=${it.pass_on} title=${t("network.way.pass-on.hint")}>
     ${t("network.way.pass-on")}
-  </label>`;
+  <//>`;
 }
+
+/** @param {{ name: string, on: boolean, title: string, children?: unknown }} props */
+const Tick = ({ name, on, title, children }) => html`<label class="tick" title=${title}>
+  <input
+    type="checkbox"
+    data-testid=${`network-${name}`}
+    checked=${on}
+    disabled=${changing.value}
+    onChange=${(/** @type {any} */ e) => void setPublishing({ [name]: e.target.checked })}
+  />
+  ${children}
+</label>`;
 
 /**
  * @param {{ name: string, label: string, value: string | number, type?: string, step?: string, title?: string }} props

@@ -21,14 +21,17 @@ const WHY = {
  *   why: string }} Shown
  */
 
-/** One drawing for each field. @param {{ all: PublishedCamera[], error: (camera: PublishedCamera) => string }} props */
-export function SentPlan({ all, error }) {
-  const shown = cameras.value.map((c) =>
-    shownOf(
-      c,
-      all.find(({ camera }) => camera === c.id),
-    ),
-  );
+/** One drawing for each field.
+ * @param {{ it: import("../types").Publishing, error: (camera: PublishedCamera) => string }} props */
+export function SentPlan({ it: { cameras: all, members }, error }) {
+  const shown = cameras.value
+    .filter((c) => members.includes(c.id))
+    .map((c) =>
+      shownOf(
+        c,
+        all.find(({ camera }) => camera === c.id),
+      ),
+    );
   const isDrawn = (/** @type {Shown} */ it) => fields.value.some(({ name }) => name === it.field);
   return html`<div class="sent-plans">
     ${fields.value

@@ -117,6 +117,7 @@ export default {
   "claim.packet.unknown": "Höchstens, gegenüber der Kalibrierung. Deren eigener Fehler ist unbekannt.",
   "claim.publishing.failing": "Keine Veröffentlichung",
   "claim.publishing.geometry": "SSL-Vision-Geometrie",
+  "claim.publishing.geometry-of-rig": "SSL-Vision-Geometrie von {rig}",
   "claim.publishing.off": "Keine Veröffentlichung",
   "claim.publishing.on-air": "Veröffentlichung läuft",
   "claim.publishing.problems": "Probleme bei der Veröffentlichung",

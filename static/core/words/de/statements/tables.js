@@ -186,6 +186,7 @@ export default {
   "setting.jobs.workers": "Aufträge, die gleichzeitig laufen, jeder in einem eigenen Prozess oder auf dem Cluster; weitere warten.",
   "setting.pictures": "Der einzige Ordner, aus dem Kameras der Art picture://NAME lesen. null: „shown“ im Datenordner.",
   "setting.publish.absorb": "Ob in der Gruppe auf Geometrie anderer Sender gehört wird, um sie zu vergleichen und zu importieren.",
+  "setting.publish.broadcast": "Ob Pakete statt an die Gruppe ins ganze Netzwerk der Schnittstelle gehen: für einen Switch, der Multicast verwirft.",
   "setting.publish.enabled": "Ob Pakete gesendet werden.",
   "setting.publish.group": "Die Multicast-Gruppe, eine IPv4-Adresse von 224.0.0.0 bis 239.255.255.255.",
   "setting.publish.interface": "Die Netzwerkschnittstelle, mit Namen (eth1) oder Adresse (192.168.1.10). Leer: von den Routen des Systems bestimmt.",
