@@ -16,6 +16,7 @@ from starlette.testclient import TestClient
 from tests.support.league_geometry import packet_of
 from tests.support.refusals import API, refusal
 from tests.support.route_world import CAMERAS, HALVES, NAME, World, board, clicked_edges, motion
+from tests.unit.formats.test_league_files import SSL, settings
 from touchline.core.records import Calibration
 from touchline.main import create_app
 from touchline.services.open_store import READERS
@@ -57,6 +58,11 @@ other, camera, live, snapshot, colours, clip, rig, job, lens = map(
 def separate(world: World) -> dict[str, Any]:
     world.ask("PUT", f"/publishing?rig={world.rig}", json={})
     return {"rig": world.rig}
+
+
+def ssl_vision_settings(world: World) -> dict[str, bytes]:
+    """Settings with a camera of each number that is published."""
+    return {"file": settings(SSL, SSL)}
 
 
 def pictured(world: World) -> dict[str, Any]:
@@ -200,6 +206,7 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /publishing/confirm": sent(),
     "GET /publishing/geometry.yml": sent(),
     "GET /publishing/heard": sent(),
+    "POST /publishing/ssl-vision-settings": sent(files=ssl_vision_settings),
     "POST /publishing/heard/{id}/import": sent(id=attrgetter("sender"), json={"camera_id": 0}),
     "GET /referee": sent(),
     "PUT /referee": sent(json={"blue": {"name": "ibis"}}),

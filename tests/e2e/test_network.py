@@ -15,6 +15,7 @@ from tests.support.league_geometry import packet_of
 from tests.support.manual_pictures import manual_picture
 from tests.support.rig_over_field import sim_task
 from tests.support.words import t
+from tests.unit.formats.test_league_files import SSL, settings
 from touchline.formats import FORMATS
 from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.workflows import interchange
@@ -168,6 +169,16 @@ def test_the_field_shows_each_camera_that_goes_out_and_why_others_do_not(page, o
     expect(page.get_by_test_id("network-state")).to_have_attribute("data-state", "on-air")
     page.set_viewport_size({"width": 1280, "height": 1120})
     manual_picture(page.get_by_test_id("network"), "ssl-vision")
+    page.get_by_test_id("program-files").locator("summary").click()
+    file = {"name": "robocup-ssl.xml", "mimeType": "text/xml", "buffer": settings(SSL, SSL, SSL)}
+    with page.expect_download() as saved:
+        page.get_by_test_id("ssl-vision-settings").set_input_files(file)
+    assert saved.value.suggested_filename == "robocup-ssl.xml"
+    updated = saved.value.path().read_bytes()
+    assert updated.startswith(file["buffer"][:40]) and updated != file["buffer"]
+    notes = page.get_by_test_id("ssl-vision-notes")
+    expect(notes).to_contain_text("Replaced: the field, and the cameras with these numbers: 0, 1.")
+    expect(notes).to_contain_text("Unchanged")
     page.get_by_test_id("number-east").fill("0")
     page.get_by_test_id("number-east").press("Tab")
     expect(east).to_contain_text(t("network.plan.number-taken"))

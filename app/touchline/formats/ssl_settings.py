@@ -47,6 +47,12 @@ DIMENSIONS: dict[str, tuple[str, int | None]] = {
     "penalty_area_width": ("Penalty Area Width", None),
     "center_circle_radius": ("Center Circle Radius", None),
 }
+OTHER_DIMENSIONS = {  # that a field need not have
+    "goal_center_to_penalty_mark": "Goal Line to Penalty Mark",
+    "ball_radius": "Ball Radius",
+    "max_robot_radius": "Max Robot Radius",
+    "goal_substitution_area_width": "Goal Substitution Area Width",
+}
 BOUNDARIES = ("Boundary Width Touch Line", "Boundary Width")
 GOAL_BOUNDARY = "Boundary Width Goal Line"
 SHAPES = frozenset(SSL_FieldShapeType.keys())
@@ -138,9 +144,10 @@ def _field(settings: JsonObject) -> SSL_GeometryFieldSize:
     values["boundary_width"] = int(_number(settings, touch, at))
     goal = GOAL_BOUNDARY if GOAL_BOUNDARY in settings else touch
     values["boundary_width_goal_line"] = int(_number(settings, goal, at))
-    for name, called in (("ball_radius", "Ball Radius"), ("max_robot_radius", "Max Robot Radius")):
+    for name, called in OTHER_DIMENSIONS.items():
         if called in settings:
-            values[name] = _number(settings, called, at)
+            value = _number(settings, called, at)
+            values[name] = value if name.endswith("radius") else int(value)
     sent = build(SSL_GeometryFieldSize, **values)
     lines, arcs = (_listed(settings, name) for name in ("Field Lines", "Field Arcs"))
     if not lines and not arcs:

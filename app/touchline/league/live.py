@@ -18,6 +18,7 @@ from touchline.core.records import Calibration, Warning
 from touchline.core.sentences import TRIES_AGAIN
 from touchline.core.statements import say
 from touchline.formats import vision_processor
+from touchline.formats.ssl_settings_update import UpdatedSettings, updated_settings
 from touchline.league import claims
 from touchline.league.packet import (
     NO_FIELDS,
@@ -44,7 +45,7 @@ from touchline.network.listener import JOIN_S, MulticastListener
 from touchline.network.multicast import MulticastSender
 from touchline.services.saved_settings import SavedSettings
 from touchline.ssl_protocol.protobuf import decode
-from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket
+from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket, SSL_GeometryData
 from touchline.store.files import RecentFailures
 from touchline.store.repository import check_etag
 
@@ -350,6 +351,22 @@ class Publication:
 
     def geometry_file(self) -> bytes:
         """Return the cameras that are published, or would be, as a geometry.yml; Conflict where there is none."""
+        field, sent, _ = self._geometry()
+        models = sent.models if sent.HasField("models") else None
+        return vision_processor.geometry(field, sent.calib, models).encode()
+
+    def ssl_vision_settings(self, data: bytes) -> UpdatedSettings:
+        """Return ssl-vision's settings with our cameras, and the field and ball models that are sent with them.
+
+        As geometry_file() and updated_settings() refuse.
+        """
+        _, sent, ours = self._geometry()
+        models = sent.models if sent.HasField("models") else None
+        cameras = [one for one in sent.calib if one.camera_id in ours]
+        return updated_settings(data, sent.field, cameras, models)
+
+    def _geometry(self) -> tuple[Field, SSL_GeometryData, set[int]]:
+        """Return the field and the geometry that is sent, or would be, and the numbers of our cameras in it."""
         cameras = self._cameras()
         field = published_field(cameras, self._fields)
         passed_on = self._passed_on if self.config.pass_on else None
@@ -363,9 +380,8 @@ class Publication:
                 ),
                 reason="nothing-published",
             )
-        sent = decode(GeometryPacket, packet).geometry
-        models = sent.models if sent.HasField("models") else None
-        return vision_processor.geometry(field, sent.calib, models).encode()
+        ours = {one.number for one in cameras if one.sent is not None}
+        return field, decode(GeometryPacket, packet).geometry, ours
 
     def status(self) -> JsonObject:
         """Return configuration, state and cameras as JSON; takes as long as approximating new calibrations does."""

@@ -15,7 +15,7 @@ from touchline.api.requests import CameraId, Id
 from touchline.api.responses import Json, attachment, created, versioned
 from touchline.api.schemas import JsonObject, Responses, Texts, list_of, response, upload
 from touchline.core.errors import Conflict
-from touchline.core.statements import say
+from touchline.core.statements import say, stated
 from touchline.formats import vision_processor
 from touchline.formats.numbers import format_error
 from touchline.league.ball_models import BallModels
@@ -103,9 +103,12 @@ Packet = response(
 )
 
 BallModelsFile = response("BallModelsFile", ball_models=JsonObject)
+SslVisionSettings = response(
+    "SslVisionSettings", content=str, cameras=list[int], notes=list[JsonObject]
+)
 
 YAML: Responses = {200: {"content": {"application/yaml": {"schema": {}}}}}
-MAX_FILE_BYTES = 1 << 20
+MAX_FILE_BYTES = 2 << 20  # ssl-vision's settings have 0.4 MB
 Text = Annotated[str, Field(max_length=64)]
 WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
 Rig = Annotated[
@@ -250,6 +253,23 @@ async def read_ball_models(request: Request, services: ServicesDep) -> Json:
             "Use a geometry.yml of vision-processor, or the settings of ssl-vision.",
         )
     return Json({"ball_models": BallModels.of(found).to_json()})
+
+
+@router.post(
+    "/ssl-vision-settings",
+    response_model=SslVisionSettings,
+    openapi_extra={"requestBody": upload()},
+)
+async def update_ssl_vision_settings(
+    request: Request, services: ServicesDep, rig: Rig = SERVER
+) -> Json:
+    """Return ssl-vision's settings, multipart with `file` (robocup-ssl.xml), with the published field, ball models and
+    cameras in place of its own. Nothing is saved. 409 where the file has none of the cameras."""
+    data, _ = await uploaded_file(request, MAX_FILE_BYTES, ())
+    publication = services.part(PublishingService).of(rig)
+    found = await services.run_in_thread(publication.ssl_vision_settings, data)
+    notes = [stated({"text": note}) for note in found.notes]
+    return Json({"content": found.data.decode(), "cameras": found.cameras, "notes": notes})
 
 
 @router.get("/heard", response_model=GeometrySenders)

@@ -136,12 +136,23 @@ async function change(ask) {
  * @param {File} file
  * @returns {Promise<import("./types").BallModels | null>}
  */
-export async function readBallModels(file) {
+export const readBallModels = async (file) =>
+  (await answerTo("/publishing/ball-models/read", file))?.ball_models ?? null;
+
+/**
+ * ssl-vision's settings with what is published; null, and the reason shown, where that cannot be.
+ * @param {File} file
+ * @returns {Promise<{ content: string, cameras: number[], notes: { text: string }[] } | null>}
+ */
+export const updateSslVisionSettings = (file) =>
+  answerTo(ofShownRig("/publishing/ssl-vision-settings"), file);
+
+/** @param {string} path @param {File} file @returns {Promise<any>} null, and the reason shown, where it is refused */
+async function answerTo(path, file) {
   const body = new FormData();
   body.append("file", file, file.name);
   try {
-    const answer = await request("POST", "/publishing/ball-models/read", { body });
-    return (await answer.json()).ball_models;
+    return await (await request("POST", path, { body })).json();
   } catch (error) {
     notifyError(error);
     return null;

@@ -210,6 +210,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "measure_straightness": _json({"snapshots": [ID], "lens": "auto"}),
     "preview_calibration": _json(FIT),
     "propose_field": _json({"snapshot": ID, "length_mm": 9000.0}),
+    "update_ssl_vision_settings": {FORM: {"file": "robocup-ssl.xml"}},
     "read_ball_models": {FORM: {"file": "geometry.yml"}},
     "import_robot_heights": {FORM: {"file": "robot-heights.yml"}},
     "read_field_file": {FORM: {"file": "field.json"}},

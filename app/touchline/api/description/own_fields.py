@@ -64,6 +64,11 @@ OWN_FIELDS = {
         "straight_two_phase": "of a kicked ball; null: not sent",
         "chip_fixed_loss": "of a chipped ball; null: not sent",
     },
+    "SslVisionSettings": {
+        "content": "the file with the replaced settings",
+        "cameras": "numbers of the cameras that were replaced",
+        "notes": "what was replaced and what not, each with its text",
+    },
     "BallModelsFile": {"ball_models": "the ball models in the file"},
     "BoardRequest": {
         "model": "name of the lens model",

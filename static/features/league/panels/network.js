@@ -18,6 +18,7 @@ import {
 import { RobotHeights } from "../../referee/panels/robot_heights.js";
 import { Asking } from "./asking.js";
 import { BallModelSettings } from "./ball_models.js";
+import { ProgramFiles } from "./files.js";
 import { Publications } from "./publications.js";
 import { SentPlan } from "./sent_plan.js";
 
@@ -101,6 +102,7 @@ export function PublishingPage() {
       ${it.state === "asking" && html`<${Asking} it=${it} />`}
       <${Way} it=${it} />
       <${BallModelSettings} models=${it.ball_models} />
+      <${ProgramFiles} />
       <div class="plan-and-table">
         <${SentPlan} it=${it} error=${receivedError} />
         <${Sent} it=${it} />
