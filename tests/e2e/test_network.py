@@ -179,6 +179,7 @@ def test_the_field_shows_each_camera_that_goes_out_and_why_others_do_not(page, o
     notes = page.get_by_test_id("ssl-vision-notes")
     expect(notes).to_contain_text("Replaced: the field, and the cameras with these numbers: 0, 1.")
     expect(notes).to_contain_text("Unchanged")
+    manual_picture(page.get_by_test_id("program-files"), "program-files")
     page.get_by_test_id("number-east").fill("0")
     page.get_by_test_id("number-east").press("Tab")
     expect(east).to_contain_text(t("network.plan.number-taken"))
