@@ -144,6 +144,15 @@ def test_what_another_publication_uses_is_refused(client):
     assert "north-rig" in refusal(answer, 409, "address-taken")["detail"]
 
 
+def test_a_rig_begins_switched_off_also_where_the_settings_file_publishes(tmp_path):
+    settings = Settings(data=tmp_path, publish={"enabled": True, **free_group()})
+    with TestClient(create_app(settings), base_url=HERE) as client:
+        camera = {"id": "north", "name": "", "source": "sim://table?size=320x256&fps=5"}
+        assert client.post(f"{API}/cameras", json=camera).status_code == 201
+        assert save_rig(client, "north-rig", "ssl-div-b", ["north"]).status_code == 201
+        assert state(client)["enabled"] and not put(client, "north-rig")["enabled"]
+
+
 def test_what_a_rig_publishes_is_kept_over_a_restart_and_ends_with_it(tmp_path):
     north, south = free_group(), free_group()
     with served(tmp_path / "data") as client:

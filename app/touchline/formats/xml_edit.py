@@ -101,11 +101,11 @@ class XmlEdit:
 
     def set_text(self, element: Element, text: str) -> None:
         """Replace an element's own text; its children, comments and the spaces around it remain."""
-        before, after, present = self._leaf(element)
+        before, after, _ = self._leaf(element)
         given = escape(text).encode()
         if element.is_closed:
             self.set_content(element, given)
-        elif given != present:
+        else:
             self._changes.append((before, after, given))
 
     def _leaf(self, element: Element) -> tuple[int, int, bytes]:

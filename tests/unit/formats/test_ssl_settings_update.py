@@ -106,7 +106,11 @@ def test_all_else_is_as_it_was_byte_by_byte_and_a_second_time_changes_nothing():
 
 
 def test_lines_that_the_field_has_not_are_removed_and_others_added():
-    before = settings(SSL, lines={**LINES, "MyLine": (0, 0, 10, 10), "CenterLine": (0, 0, 1, 1)})
+    before = settings(
+        SSL,
+        lines={**LINES, "MyLine": (0, 0, 10, 10), "CenterLine": (0, 0, 1, 1)},
+        dimensions={**DIMENSIONS, "Center Line": True, "Number of Line Segments": 13},
+    )
     bare = SSL_GeometryFieldSize()
     bare.CopyFrom(FIELD)
     del bare.field_lines[:]
@@ -116,6 +120,8 @@ def test_lines_that_the_field_has_not_are_removed_and_others_added():
     names = [line.name for line in texts(found.data).sent.field_lines]
     assert sorted(names) == sorted(line.name for line in bare.field_lines)
     assert any("CenterLine" in note for note in found.notes)
+    field = parse(found.data).first["VarXML"]["Global"]["Field Configuration"]
+    assert (field["Center Line"], float(field["Number of Line Segments"])) == ("false", 12)
     empty = settings(SSL, lines={}).replace(
         b'<Var name="Field Lines" type="list">\n\n</Var>', b'<Var name="Field Lines" type="list"/>'
     )

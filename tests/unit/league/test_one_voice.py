@@ -10,6 +10,7 @@ from tests.support.group_listener import Listener, free_group, said
 from tests.support.league_geometry import packet_of
 from tests.support.publishing import publishing_of
 from tests.support.waiting import until
+from tests.unit.formats.test_league_files import SSL, settings
 from tests.unit.league.test_passed_on import FIELD, FIELDS, over, parts_of, sender
 from touchline.league import received
 from touchline.league.ball_models import BallModels, ChipFixedLoss, StraightTwoPhase
@@ -162,6 +163,8 @@ def test_beside_another_it_asks_first_and_stays_on_air_whoever_comes_later(switc
         came = ear.hear_until(lambda came: came.sender[1] != port)
         cameras = listener.Packet.FromString(came.data).geometry.calib
         assert [one.focal_length for one in cameras] == [pytest.approx(700.0), 501.0]
+        # ssl-vision's file gets ours, not those of the other program
+        assert switched_off.ssl_vision_settings(settings(SSL, SSL)).cameras == (0,)
         until(lambda: state(switched_off) == "on-air")
         said(with_cameras(0, focal_px=9.0).SerializeToString(), **way, sock=other)
         until(lambda: switched_off.received()["items"][0]["cameras"][0]["focal_px"] == 9.0)
