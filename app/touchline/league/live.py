@@ -297,11 +297,11 @@ class Publication:
             self._follow(PublishingConfig())
 
     def delete(self) -> None:
-        """End it, and delete what is saved of it."""
-        self.close()
-        with self._failures.noted("The deletion"):
-            for path in (self._settings.path, self._saved_passed_on.path):
+        """Delete what is saved of it, and end it; nothing has changed where the files cannot be deleted."""
+        with self._lock, self._failures.noted("The deletion"):
+            for path in (self._saved_passed_on.path, self._settings.path):
                 path.unlink(missing_ok=True)
+        self.close()
 
     def wake(self) -> None:
         """Publish at once: a calibration was activated, or a camera or a field changed."""

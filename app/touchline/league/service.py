@@ -197,7 +197,7 @@ class PublishingService(RunningPart):
         found = self.publications[rig].warnings
         if rig == SERVER:
             return found
-        named = say("publishing.of-rig", "{rig}:", rig=self._titles[rig])
+        named = say("publishing.of-rig", "{rig}:", rig=self._titles.get(rig, rig))
         return tuple(Warning(one.reason, join(named, one.text), one.fix) for one in found)
 
     def _publication(self, rig: str) -> Publication:
@@ -207,7 +207,10 @@ class PublishingService(RunningPart):
         else:
             # a rig begins switched off: on the server's address its packets would be among the others
             base = {**base, "enabled": False, "absorb": False}
-            path, received_path = self._path(rig), folder / RIGS_FOLDER / f"{rig}.{RECEIVED_FILE}"
+            path, received_path = (
+                self._path(rig),
+                folder / RIGS_FOLDER / f"{rig}~heard.json",
+            )  # no name has ~
         return Publication(
             path,
             received_path,
@@ -259,9 +262,8 @@ class PublishingService(RunningPart):
                 )
 
     def _end(self, rig: str) -> None:
-        publication = self._rigs[rig]
+        self._rigs[rig].delete()
         self._rigs = {name: one for name, one in self._rigs.items() if name != rig}
-        publication.delete()
 
 
 def _cameras_of(rig: Document) -> list[str]:
