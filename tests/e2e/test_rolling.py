@@ -51,6 +51,8 @@ def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server):
     expect(page.get_by_test_id("rolls-pct")).to_contain_text("±", timeout=LONG_MS)
     expect(page.get_by_test_id("roll-track").nth(2)).to_be_attached(timeout=LONG_MS)
     expect(page.get_by_test_id("rolls-sentence")).to_contain_text("raw image")
+    expect(page.get_by_test_id("deceleration")).to_contain_text("active calibration")
+    expect(page.get_by_test_id("use-deceleration")).to_have_count(0)
     manual_picture(page, "rolling-ball")
     before = kept(server)
     page.reload()

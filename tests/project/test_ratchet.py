@@ -17,10 +17,10 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 537_000,
-    "files": 390,
+    "tokens": 540_500,
+    "files": 392,
     "untyped dictionaries": 450,
-    "modules with one importer": 62,
+    "modules with one importer": 63,
     "breaks": 0,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here

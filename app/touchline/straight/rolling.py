@@ -31,6 +31,7 @@ from touchline.installation import __version__
 from touchline.models import CameraModel, model_of
 from touchline.models.distortion import LINE_LENSES, Distortion
 from touchline.sources.video import read_video
+from touchline.straight.deceleration import deceleration_json
 from touchline.straight.rolls import RecordedRoll, roll_report
 from touchline.straight.straightness import check_choice, straightness
 from touchline.straight.tracks import MotionDetector, StraightRun, Track, Tracker, straight_runs
@@ -163,12 +164,14 @@ class RollRecorder:
         )
 
     def _recorded(self, run: StraightRun) -> RecordedRoll:
+        times_s = np.array([self._times[int(frame)] for frame in run.frames])
         return RecordedRoll(
             run.points,
-            self._times[int(run.frames[0])],
-            self._times[int(run.frames[-1])],
+            float(times_s[0]),
+            float(times_s[-1]),
             run.rms_px,
             run.straight_px,
+            times_s - times_s[0],
         )
 
 
@@ -251,12 +254,12 @@ def track_film(
 def stored_rolls_json(
     stored: Sequence[Mapping[str, Any]], calibration: Calibration | None
 ) -> JsonObject:
-    """Return stored rolls, oldest first, with the figures of each and of all: {"items", "report"}.
+    """Return stored rolls, oldest first, with the figures of each and of all: {"items", "report", "deceleration"}.
 
     Only those of the newest one's picture size count; the report is None without any.
     """
     if not stored:
-        return {"items": [], "report": None}
+        return {"items": [], "report": None, "deceleration": None}
     size = ImageSize.of(stored[-1]["image_size"])
     counting = [
         one for one in stored if ImageSize.of(one["image_size"]) == size and not one["left_out"]
@@ -264,7 +267,10 @@ def stored_rolls_json(
     model = name = None
     if calibration is not None and calibration.image_size == size:
         model, name = model_of(calibration), calibration.id
-    report = roll_report([roll_from_json(one) for one in counting], size, model, name)
+    rolls = [roll_from_json(one) for one in counting]
+    report = roll_report(rolls, size, model, name)
+    is_free = report["raw"]["free"]
+    agreeing = agreeing_rolls(rolls, report)
     by_id: dict[str, JsonObject] = {one["id"]: {"raw": None, "corrected": None} for one in stored}
     for view in ("raw", "corrected"):
         figures = report[view]
@@ -286,11 +292,12 @@ def stored_rolls_json(
                 **by_id[one["id"]],
             }
         )
-    return {"items": items, "report": report}
+    deceleration = deceleration_json(agreeing, model, size, is_free)
+    return {"items": items, "report": report, "deceleration": deceleration}
 
 
 def roll_from_json(one: Mapping[str, Any]) -> RecordedRoll:
-    """Read a roll as it is stored or sent: {"points", "seconds"}, perhaps "at", "rms_px" and "straight_px"."""
+    """Read a roll as it is stored or sent: {"points", "seconds"}, perhaps "at", "rms_px", "straight_px" and "times"."""
     end_s = float(one.get("at") or one["seconds"])
     return RecordedRoll(
         np.array(one["points"], float),
@@ -298,6 +305,7 @@ def roll_from_json(one: Mapping[str, Any]) -> RecordedRoll:
         end_s,
         one.get("rms_px", 0.0),
         one.get("straight_px", 0.0),
+        np.array(one["times"], float) if one.get("times") else None,
     )
 
 

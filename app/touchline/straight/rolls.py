@@ -349,13 +349,14 @@ def _roll(
 @dataclass(frozen=True, eq=False)
 class RecordedRoll:
     """One straight roll. points (n, 2) raw px, in order; from_s: when it began; rms_px about its arc, straight_px
-    about a straight line."""
+    about a straight line; times_s (n,): of its points since it began, None where it was saved without."""
 
     points: Points
     from_s: float
     to_s: float
     rms_px: float
     straight_px: float
+    times_s: Array | None = None
 
     @property
     def seconds(self) -> float:

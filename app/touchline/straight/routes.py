@@ -61,7 +61,13 @@ Straightness = response(
     pictures=list[str],
     cannot_see=str,
 )
-Rolls = response("Rolls", items=list[JsonObject], report=JsonObject | None, etag=str)
+Rolls = response(
+    "Rolls",
+    items=list[JsonObject],
+    report=JsonObject | None,
+    deceleration=JsonObject | None,
+    etag=str,
+)
 
 MAX_ROLLS = 1000  # of one request
 MIN_INTERVAL_S = 0.1  # between two messages: ten a second at most

@@ -1,7 +1,7 @@
 """Saved rolls: the straight tracks that a ball has left before a camera; and what is made from them."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NotRequired
 
 from pydantic import TypeAdapter
 from sqlalchemy import delete, func, select
@@ -20,7 +20,7 @@ from touchline.store.tables import RollRow
 from touchline.straight.rolling import check_product, check_refinable, stored_rolls_json
 
 MAX_ROLLS = 300  # of one camera: with more nothing is known better; the oldest go
-SAVED = ("at", "seconds", "points", "rms_px", "straight_px")
+SAVED = ("at", "seconds", "points", "times", "rms_px", "straight_px")
 
 
 class _Roll(TypedDict):
@@ -34,6 +34,7 @@ class _Roll(TypedDict):
     straight_px: float
     points: list[tuple[float, float]]
     image_size: tuple[int, int]
+    times: NotRequired[list[float]]  # s, since the first point
 
 
 ROLL = TypeAdapter(_Roll)

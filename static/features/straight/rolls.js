@@ -49,6 +49,7 @@ export const view = computed(
     ),
 );
 export const all = computed(() => rollsResponse.value?.report?.[view.value] ?? null);
+export const deceleration = computed(() => rollsResponse.value?.deceleration ?? null);
 /** Newest first. */
 export const rolls = computed(() => (rollsResponse.value?.items ?? []).toReversed());
 export const counted = computed(() => rolls.value.filter((roll) => roll.counts && !roll.left_out));
@@ -167,7 +168,13 @@ export async function forgetRolls() {
     await request("DELETE", `/cameras/${encodeURIComponent(camera.id)}/rolls`, {
       headers: { "If-Match": rollsResponse.value?.etag ?? "" },
     });
-    rollsResponse.value = { items: [], report: null, camera: camera.id, etag: "" };
+    rollsResponse.value = {
+      items: [],
+      report: null,
+      deceleration: null,
+      camera: camera.id,
+      etag: "",
+    };
   } catch (error) {
     notifyError(error);
   }

@@ -6,6 +6,9 @@ export interface SavedRoll { id: string; at: number; seconds: number; left_out: 
 export interface SagZone { pct: number; sigma_pct: number; rolls: number }
 /** What all rolls say of a picture. */
 export interface RollsSummary { border_pct: number | null; border_sigma_pct: number | null; free: boolean; sentence: string; zones: (SagZone | null)[][] }
-export interface RollsResponse { camera: string; etag: string; items: SavedRoll[]; report: { raw: RollsSummary; corrected: RollsSummary | null; sentence: string } | null }
+/** m/s², and the share of the first speed. */
+export interface MeasuredValue { value: number; sigma: number; rolls: number }
+export interface Deceleration { acc_roll: MeasuredValue | null; acc_slide: MeasuredValue | null; k_switch: MeasuredValue | null; sentence: string }
+export interface RollsResponse { camera: string; etag: string; deceleration: Deceleration | null; items: SavedRoll[]; report: { raw: RollsSummary; corrected: RollsSummary | null; sentence: string } | null }
 /** What moves now, and the ids of rolls that have just ended. */
 export interface MovingTracks { seq: number; width: number; height: number; tracks: [number, number][][]; hint: string; new: string[] }

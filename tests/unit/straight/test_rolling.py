@@ -383,6 +383,7 @@ def test_kept_rolls_say_each_its_number_and_those_left_out_none():
     assert json.dumps(told, allow_nan=False) and stored_rolls_json([], None) == {
         "items": [],
         "report": None,
+        "deceleration": None,
     }
 
 

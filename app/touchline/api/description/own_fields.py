@@ -574,7 +574,11 @@ OWN_FIELDS = {
         "reason": "why there is no level; null: there is",
     },
     "RollForm": {"seconds": "duration of the roll, s"},
-    "Rolls": {"report": "what all rolls say together; null: there are none"},
+    "Rolls": {
+        "report": "what all rolls say together; null: there are none",
+        "deceleration": "how the ball slows down: acc_slide and acc_roll in m/s², negative, and k_switch, each as "
+        "value ± sigma of so many rolls, null where it is unknown; null: there are no rolls",
+    },
     "Sag DistortionReport": {
         "before_pct": "bow of the borders (paper, Eq. 9), % of their length; null: unknown",
         "after_pct": "bow that the correction leaves, % of its length; null: unknown",

@@ -11,10 +11,12 @@ import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import { useLens } from "../../boards/board.js";
+import { publishDeceleration } from "../../league/measured_ball.js";
 import { LiveView } from "../../live/layers/live_view.js";
 import {
   all,
   counted,
+  deceleration,
   excludeRoll,
   fittedLens,
   forgetting,
@@ -297,7 +299,30 @@ export function RollsReport() {
       <h2>${t("rolling.zones.title")}</h2>
       <${Zones} zones=${it.zones} />
     </section>
+    <${Deceleration} />
   `;
+}
+
+/** How the ball slows down, for the geometry that teams receive. */
+function Deceleration() {
+  const it = deceleration.value,
+    camera = rollsCamera.value;
+  if (!it || !camera) return null;
+  return html`<section aria-label=${t("rolling.deceleration")}>
+    <h2>${t("rolling.deceleration")}</h2>
+    <p data-testid="deceleration">${it.sentence}</p>
+    ${
+      it.acc_roll &&
+      html`<button
+      type="button"
+      data-testid="use-deceleration"
+      title=${t("rolling.deceleration.hint")}
+      onClick=${() => void publishDeceleration(camera.id, it)}
+    >
+      ${t("rolling.deceleration.use")}
+    </button>`
+    }
+  </section>`;
 }
 
 /** @param {{ zones: (import("../types").SagZone | null)[][] }} props */
