@@ -236,10 +236,8 @@ def _fit(roll: TimedRoll) -> _Fit | None:
 
 def _along(places: Points) -> Array:
     """Return the distance along a straight roll, (n,)."""
-    about = places - places.mean(axis=0)
-    direction = np.linalg.svd(about, full_matrices=False)[2][0]
-    along = about @ direction
-    return along if along[-1] >= along[0] else -along
+    chord = places[-1] - places[0]
+    return (places - places[0]) @ (chord / max(float(np.hypot(*chord)), 1e-9))
 
 
 def _noise(along: Array) -> float:
