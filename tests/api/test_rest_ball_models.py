@@ -69,7 +69,7 @@ def read(client, data: bytes, name: str):
     ("name", "data"),
     [
         ("geometry.yml", YAML),
-        ("heard.pb", packet_of("ssl-vision", "ssl-div-b").SerializeToString()),
+        ("heard.pb", packet_of("vision-processor", "ssl-div-b").SerializeToString()),
         ("robocup-ssl.xml", ssl_settings(models=SSL_MODELS)),
         ("robocup-ssl.xml", ssl_settings(models=SSL_MODELS, sign=",")),
     ],
@@ -120,7 +120,8 @@ def test_the_other_program_gets_a_file_and_somebody_decides(client, way):
     put(client, ball_models=MODELS, absorb=True, interval_s=0.1, listen_first_s=60, **way)
     until(lambda: client.get(f"{API}/publishing/heard").json()["listening"])
     with Listener(**way) as ear, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        port = said(packet_of("ssl-vision", "ssl-div-b").SerializeToString(), **way, sock=other)
+        theirs = packet_of("vision-processor", "ssl-div-b").SerializeToString()
+        port = said(theirs, **way, sock=other)
         until(lambda: heard(client))
         assert heard(client)[0]["ball_models"] == MODELS
         put(client, enabled=True)

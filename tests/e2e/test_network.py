@@ -269,7 +269,7 @@ def test_beside_another_program_it_asks_and_takes_its_ball_models(page, own_serv
         models = page.get_by_test_id("ball-models")
         models.locator("summary").click()
         page.get_by_test_id(f"ball-copy-127.0.0.1-{port}").click()
-        expect(page.get_by_test_id("ball-acc_roll")).to_have_value("-0.45")
+        expect(page.get_by_test_id("ball-acc_roll")).to_have_value("-0.4")
         with page.expect_response(is_set):
             page.get_by_test_id("ball-acc_roll").fill("-0.3")
             page.get_by_test_id("ball-acc_roll").press("Enter")

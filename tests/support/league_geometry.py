@@ -15,6 +15,17 @@ SIZES = {  # length, width, goal width, penalty depth, penalty width, goal line 
     "ssl-div-b": (9000, 6000, 1000, 1000, 2000, 6000),
 }
 PROGRAMS = ("ssl-vision", "vision-processor")
+MODELS = {  # acc_slide, acc_roll, k_switch; damping_xy_first_hop, damping_xy_other_hops, damping_z
+    "ssl-vision": ((-3.0, -0.4, 0.7), (0.6, 0.95, 0.7)),
+    "vision-processor": ((-3.4, -0.45, 0.64), (0.55, 0.88, 0.54)),
+}
+WHOLE_TURN = {"ssl-vision": math.tau, "vision-processor": 6.283185}
+# what a message has had since 2018 or later
+NEWER = (
+    *("penalty_area_depth", "penalty_area_width", "center_circle_radius", "line_thickness"),
+    *("goal_center_to_penalty_mark", "goal_height", "ball_radius", "max_robot_radius"),
+    *("boundary_width_goal_line", "goal_substitution_area_width"),
+)
 
 
 def lines_of(program: str, division: str) -> list[tuple[str, float, float, float, float]]:
@@ -52,8 +63,11 @@ def lines_of(program: str, division: str) -> list[tuple[str, float, float, float
     ]
 
 
-def packet_of(program: str, division: str, without: tuple[str, ...] = ()):
-    """The program's packet, without cameras. without: names of lines that the hall has not painted."""
+def packet_of(program: str, division: str, without: tuple[str, ...] = (), is_older: bool = False):
+    """The program's packet, without cameras. without: names of lines that the hall has not painted.
+
+    is_older: as before 2018, without the newer fields, types and ball models.
+    """
     length, width, goal, depth, across, mark = SIZES[division]
     is_processor = program == "vision-processor"
     packet = listener.Packet(source=PROGRAMS.index(program) + 2)
@@ -88,17 +102,19 @@ def packet_of(program: str, division: str, without: tuple[str, ...] = ()):
             )
             line.p1.x, line.p1.y, line.p2.x, line.p2.y = ends
     arc = field.field_arcs.add(
-        name="CenterCircle", radius=500.0, a1=0.0, a2=math.tau, thickness=10.0, type=1
+        name="CenterCircle", radius=500.0, a1=0.0, a2=WHOLE_TURN[program], thickness=10.0, type=1
     )
     arc.center.x = arc.center.y = 0.0
-    models = packet.geometry.models
-    models.straight_two_phase.acc_slide, models.straight_two_phase.acc_roll = -3.4, -0.45
-    models.straight_two_phase.k_switch = 0.64
-    models.chip_fixed_loss.damping_xy_first_hop, models.chip_fixed_loss.damping_xy_other_hops = (
-        0.55,
-        0.88,
-    )
-    models.chip_fixed_loss.damping_z = 0.54
+    if is_older:
+        for name in NEWER:
+            field.ClearField(name)
+        for marking in (*field.field_lines, *field.field_arcs):
+            marking.ClearField("type")
+        return packet
+    roll, hop = packet.geometry.models.straight_two_phase, packet.geometry.models.chip_fixed_loss
+    rolls, hops = MODELS[program]
+    roll.acc_slide, roll.acc_roll, roll.k_switch = rolls
+    hop.damping_xy_first_hop, hop.damping_xy_other_hops, hop.damping_z = hops
     return packet
 
 

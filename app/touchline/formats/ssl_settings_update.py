@@ -1,7 +1,7 @@
 """ssl-vision's settings with another geometry: its field, ball models and cameras, and all else as it was in the file.
 
 ssl-vision reads a number up to a sign that is not its system's, so the file's decimal sign is used. It writes six
-decimals and reads any number of them: here a number has as many as its four bytes need, and ssl-vision then sends the
+decimals and reads any number of them: here a number has as many as the packet's needs, and ssl-vision then sends the
 same packet. At its start it makes the markings of its dimensions, and of those only changes the ones in its settings.
 """
 
@@ -47,6 +47,7 @@ IMAGE_SIZE = {"pixel_image_width": "Image width", "pixel_image_height": "Image h
 LINES, ARCS = "Field Lines", "Field Arcs"
 COUNTS = {LINES: "Number of Line Segments", ARCS: "Number of Arcs"}
 CENTRE_LINE, CENTRE_LINE_NAME = "Center Line", "CenterLine"
+TOTAL = "Total Number of Cameras"  # ssl-vision sends those with a number below it
 Value = float | str | bool
 
 
@@ -110,6 +111,18 @@ class _Update:
             _replaced(numbers, models),
             *_about_cameras(calibrators, cameras),
         ]
+        total = self._whole(settings.child(TOTAL))
+        if total is not None and (above := [number for number in numbers if number >= total]):
+            notes.append(
+                say(
+                    "ssl-settings.above-total",
+                    "SSL-Vision sends only cameras with numbers below its setting {setting}, "
+                    "{total}. Increase it there for: {numbers}.",
+                    setting=TOTAL,
+                    total=total,
+                    numbers=above,
+                )
+            )
         if were_opencv:
             notes.append(
                 say(
@@ -154,11 +167,14 @@ class _Update:
             calibrator = self._edit.root.child(f"Thread {i}", "Camera Calibrator")
             if calibrator is None or calibrator.child("Camera Parameters") is None:
                 continue
-            index = calibrator.child("Calibration Parameters", "camera index")
-            text = str(i) if index is None else self._edit.text(index)
-            number = int(text) if text.isascii() and text.isdigit() and len(text) < 10 else i
-            found.setdefault(number, []).append(calibrator)
+            index = self._whole(calibrator.child("Calibration Parameters", "camera index"))
+            found.setdefault(i if index is None else index, []).append(calibrator)
         return found
+
+    def _whole(self, element: Element | None) -> int | None:
+        """Return an element's whole number, 0 or more; None where it has none."""
+        text = "" if element is None else self._edit.text(element)
+        return int(text) if text.isascii() and text.isdigit() and len(text) < 10 else None
 
     def _set_camera(self, calibrator: Element, sent: SSL_GeometryCameraCalibration) -> bool:
         """Write one camera; tell whether it was of OpenCV's model."""
@@ -243,9 +259,17 @@ class _Update:
                 self._absent.append(called)
                 continue
             for wire, title in names.items():
-                self._set(parent, title, getattr(getattr(models, member), wire))
+                value = getattr(getattr(models, member), wire)
+                self._set(parent, title, value, "the ball", np.float64)
 
-    def _set(self, parent: Element, name: str, value: Value, of: str = "the field") -> None:
+    def _set(
+        self,
+        parent: Element,
+        name: str,
+        value: Value,
+        of: str = "the field",
+        sent_as: type[np.floating] = np.float32,
+    ) -> None:
         """Write one setting; Conflict where its limits exclude the value, to which ssl-vision would then limit it."""
         found = parent.all(name)
         if not found:
@@ -263,8 +287,8 @@ class _Update:
                         "ssl-settings.out-of-range",
                         "SSL-Vision limits {setting} to {low} … {high}; {of} has {value:g}.",
                         setting=name,
-                        low=low,
-                        high=high,
+                        low="−∞" if low is None else low,
+                        high="∞" if high is None else high,
                         of=of,
                         value=value,
                     ),
@@ -275,18 +299,19 @@ class _Update:
                     reason="format-cannot-hold",
                 )
             present = self._number(self._edit.text(element))
-            if present is None or np.float32(present) != np.float32(value):
-                self._edit.set_text(element, self._digits(element.attributes.get("type"), value))
+            if present is None or sent_as(present) != sent_as(value):
+                kind = element.attributes.get("type")
+                self._edit.set_text(element, self._digits(kind, sent_as(value)))
 
     def _number(self, text: str) -> float | None:
         text = text.replace(",", ".") if self._has_comma else text
         return float(text) if len(text) < 400 and NUMBER.fullmatch(text) else None
 
-    def _digits(self, kind: str | None, value: float) -> str:
-        """Return a number as ssl-vision writes it, with more than six decimals where four bytes need them."""
+    def _digits(self, kind: str | None, value: np.floating) -> str:
+        """Return a number as ssl-vision writes it, with more than six decimals where it needs them."""
         if kind == "int":
-            return str(round(value))
-        text = np.format_float_positional(np.float32(value), unique=True, min_digits=6)
+            return str(round(float(value)))
+        text = np.format_float_positional(value, unique=True, min_digits=6)
         return text.replace(".", ",") if self._has_comma else text
 
     def _marking(self, name: str, values: Mapping[str, Value]) -> str:
@@ -298,7 +323,9 @@ class _Update:
         return f'<Var name={quoteattr(name)} type="list">{parts}</Var>'
 
     def _shown(self, value: Value) -> str:
-        return escape(value) if isinstance(value, str) else self._digits("double", value)
+        return (
+            escape(value) if isinstance(value, str) else self._digits("double", np.float32(value))
+        )
 
 
 def _kind(name: str, value: Value) -> str:
@@ -385,6 +412,7 @@ def _about_cameras(
     if absent := sorted(ours - {*calibrators}):
         yield say(
             "ssl-settings.not-in-file",
-            "Not in the file: the cameras with these numbers: {numbers}.",
+            "Not in the file: the cameras with these numbers: {numbers}. Change their numbers on "
+            "the page Publishing, or also update the file of the computer that has them.",
             numbers=absent,
         )

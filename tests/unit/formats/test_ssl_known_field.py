@@ -44,6 +44,21 @@ def test_a_field_of_either_program_is_recognised(program, division):
 
 
 @pytest.mark.parametrize(("program", "division"), BOTH)
+def test_it_has_the_sizes_of_the_field_that_it_is_recognised_as(program, division):
+    theirs, ours = sent(program, division), field_to_wire(FIELDS[division])
+    for name in (
+        *("field_length", "field_width", "goal_width", "goal_depth", "line_thickness"),
+        *("penalty_area_depth", "penalty_area_width", "goal_center_to_penalty_mark"),
+        *("center_circle_radius", "boundary_width", "ball_radius", "max_robot_radius"),
+    ):
+        assert getattr(theirs, name) == getattr(ours, name), name
+    assert {line.thickness for line in (*ours.field_lines, *ours.field_arcs)} == {10}
+    older = sent(program, division, is_older=True)
+    assert not older.HasField("penalty_area_depth") and theirs.HasField("penalty_area_depth")
+    assert field_from_wire(older, FIELDS.values()) is FIELDS[division]
+
+
+@pytest.mark.parametrize(("program", "division"), BOTH)
 def test_ours_are_sent_under_the_names_that_the_programs_give_them(program, division):
     ours = field_to_wire(FIELDS[division])
     found = middles(

@@ -33,7 +33,8 @@ ALL_MODELS = {
     "Chip fix loss": dict.fromkeys(ssl_settings.CHIP.values(), 0.5),
 }
 BALL = SSL_GeometryModels()
-BALL.straight_two_phase.acc_slide, BALL.straight_two_phase.acc_roll = -3.21, -0.3
+# measured: doubles in the packet, where cameras and fields have floats
+BALL.straight_two_phase.acc_slide, BALL.straight_two_phase.acc_roll = -3.2123456789012, -0.3
 BALL.straight_two_phase.k_switch = 0.65
 
 
@@ -151,6 +152,25 @@ def test_an_older_programs_settings_have_only_what_it_knows_and_say_what_it_lack
     assert "Goal Height" in absent and "Sliding acceleration" in absent
 
 
+def test_it_says_which_cameras_ssl_vision_will_not_send_and_which_are_in_no_file():
+    dimensions = {**DIMENSIONS, "Total Number of Cameras": 1}
+    before = settings(SSL, SSL, dimensions=dimensions).replace(
+        b'"Total Number of Cameras" type="double" minval="" maxval="">\n1.000000',
+        b'"Total Number of Cameras" type="int" minval="" maxval="">\n1',
+    )
+    assert b'"Total Number of Cameras" type="int"' in before
+    found = updated_settings(before, FIELD, [camera(0), camera(1), camera(7)])
+    assert found.cameras == (0, 1)
+    assert found.notes[1:] == (
+        "Not in the file: the cameras with these numbers: 7. Change their numbers on the page "
+        "Publishing, or also update the file of the computer that has them.",
+        "SSL-Vision sends only cameras with numbers below its setting Total Number of Cameras, 1. "
+        "Increase it there for: 1.",
+    )
+    enough = before.replace(b">\n1\n", b">\n2\n", 1)
+    assert len(updated_settings(enough, FIELD, [camera(0), camera(1)]).notes) == 1
+
+
 @pytest.mark.parametrize(
     "data, numbers, error, match",
     [
@@ -165,7 +185,7 @@ def test_an_older_programs_settings_have_only_what_it_knows_and_say_what_it_lack
             settings(SSL).replace(b'"distortion" type="double" minval=""', b'"distortion" type="double" minval="1.5"'),
             [0],
             Conflict,
-            "limits distortion to",
+            "limits distortion to 1.5 … ∞",
         ),
         (settings(SSL).replace(b'"ty"', b'"t y"'), [0], BadInput, "has no setting 'ty'"),
     ],

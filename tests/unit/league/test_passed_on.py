@@ -10,7 +10,7 @@ import pytest
 
 from tests.support import ssl_listener as listener
 from tests.support.group_listener import Listener, free_group, said
-from tests.support.league_geometry import PROGRAMS, packet_of
+from tests.support.league_geometry import MODELS, PROGRAMS, packet_of
 from tests.support.publishing import over, publishing_of
 from tests.support.waiting import until
 from touchline.league.live import GeometryListener
@@ -74,9 +74,8 @@ def test_field_and_ball_models_are_sent_as_they_came(program):
     assert sent.field == parts_of(theirs).field and UNKNOWN in sent.field
     assert sent.models == parts_of(theirs).models and UNKNOWN in sent.models
     read = listener.Packet.FromString(geometry_packet(cameras, FIELDS, heard(theirs)))
-    assert (
-        read.geometry.models.straight_two_phase.acc_roll == -0.45 and len(read.geometry.calib) == 1
-    )
+    assert read.geometry.models.straight_two_phase.acc_roll == MODELS[program][0][1]
+    assert len(read.geometry.calib) == 1
     assert read.geometry.field.goal_substitution_area_width == (
         300 if program == "ssl-vision" else 0
     )
