@@ -7,7 +7,8 @@ as the league's packet has it ("straight two-phase"). For a given τ the distanc
 both accelerations, so that τ alone is searched. A ball that was rolled by hand has only the second phase. What a hand
 or a robot does to it at either end is cut off: the longest part counts in which the law holds to the noise.
 All rolls together: a weighted mean whose σ has the noise of each and how much they differ, as slope and carpet make
-them (DerSimonian and Laird, 1986).
+them (DerSimonian and Laird, 1986). Each kick is linearised about what all say: fitted alone, a short slide would weigh
+more the weaker noise makes it. A kick lies between two frames, so that the first speed is that of half a frame earlier.
 """
 
 from collections.abc import Sequence
@@ -32,9 +33,12 @@ MAX_ROLL_M_S2 = 1.5  # of what only rolls; a ball that slides has 2 to 5
 MIN_ROLL_M_S2, MIN_SIGMAS = 0.05, 2.0  # what slows down less is driven, or unknown
 MIN_SLIDE_M_S2 = 1.0
 MIN_SLIDE_PER_ROLL = 2.0
+MIN_PHASE = 0.06  # of a kick's duration, of either phase: in less it has no acceleration
+ROUNDS, STEPS = 4, 3  # of all kicks about their common values, and of one kick's first place and speed
 MIN_F = 15.0  # of an F test: less is no second phase
 MAX_NOISE, MAX_RMS_M = 2.0, 0.003  # by which the law may be missed: noises, or what a lens is off
 CUTS = (0.0, 0.1, 0.2, 0.3, 0.4)  # of a roll, at either end
+MAX_OFF_NOISES, MAX_OFF_SHARE = 4.0, 0.1  # a point further off does not count; so many may be
 TRIES = 33  # of τ, and once more between the neighbours of the best
 MAX_SPREADS = 4.0  # from the median: a roll of more does not count
 MEDIAN_PER_SIGMA = 0.6745
@@ -75,13 +79,19 @@ class Decelerations:
     rolls: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Fit:
-    """Of one roll: value and σ of each, None where it does not tell."""
+    """One roll, where it goes as a ball does. t_s (n,) from the kick, s_m (n,) along it; terms: s0, v0, a_slide, a_roll.
 
-    acc_roll: tuple[float, float] | None = None
-    acc_slide: tuple[float, float] | None = None
-    k_switch: tuple[float, float] | None = None
+    tau_s: None of one phase. variance_m2: of a point. kick_sigma_s: of the kick's moment; None: it is unknown.
+    """
+
+    t_s: Array
+    s_m: Array
+    terms: Array
+    tau_s: float | None
+    variance_m2: float
+    kick_sigma_s: float | None
 
 
 def deceleration_json(
@@ -181,14 +191,20 @@ def _sentence(found: Decelerations, is_calibrated: bool, is_free: bool) -> Sente
 def measure_deceleration(rolls: Sequence[TimedRoll]) -> Decelerations:
     """Return what rolls tell together; places that are not finite are ignored."""
     fits = [fit for roll in rolls if (fit := _fit(roll)) is not None]
-    roll = _together([fit.acc_roll for fit in fits if fit.acc_roll is not None])
+    rolled = [_rolled(fit) for fit in fits if fit.tau_s is None]
+    kicks = [fit for fit in fits if fit.tau_s is not None]
+    known = [_alone(fit) for fit in kicks if fit.kick_sigma_s is not None]
+    common = np.median([_alone(fit) for fit in kicks] or [np.zeros(3)], axis=0)
+    common[2] = np.median([k for _, _, k in known]) if known else 0.0
+    for _ in range(ROUNDS):
+        about = [one for fit in kicks if (one := _about(fit, common)) is not None]
+        slide = _together([one[0] for one in about])
+        roll = _together(rolled + [one[1] for one in about])
+        switch = _together([one[2] for one in about if np.isfinite(one[2][1])])
+        for at, found in enumerate((slide, roll, switch)):
+            common[at] = common[at] if found is None else found.value
     slows = roll is not None and -roll.value > max(MIN_ROLL_M_S2, MIN_SIGMAS * roll.sigma)
-    return Decelerations(
-        roll if slows else None,
-        _together([fit.acc_slide for fit in fits if fit.acc_slide is not None]),
-        _together([fit.k_switch for fit in fits if fit.k_switch is not None]),
-        len(fits),
-    )
+    return Decelerations(roll if slows else None, slide, switch, len(fits))
 
 
 def _together(found: Sequence[tuple[float, float]]) -> Estimate | None:
@@ -213,7 +229,7 @@ def _together(found: Sequence[tuple[float, float]]) -> Estimate | None:
 
 
 def _fit(roll: TimedRoll) -> _Fit | None:
-    """Measure one roll; None where no part of it is long enough, or goes as a ball does."""
+    """Fit one roll; None where no part of it is long enough, or goes as a ball does."""
     finite = np.isfinite(roll.places_mm).all(axis=1)
     places, times = roll.places_mm[finite] / 1000, roll.times_s[finite]
     if len(times) < MIN_POINTS:
@@ -223,14 +239,18 @@ def _fit(roll: TimedRoll) -> _Fit | None:
     parts = sorted(
         ((begin, end) for begin in CUTS for end in CUTS), key=lambda cut: (sum(cut), cut[0])
     )
-    for begin, end in parts:
-        here = slice(round(begin * len(times)), len(times) - round(end * len(times)))
-        t, s = times[here] - times[here][0], along[here]
-        if len(t) < MIN_POINTS or t[-1] < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M:
-            continue
-        found = _fit_part(t, s, noise_m, roll.begins_inside and begin == 0)
-        if found is not None:
-            return found
+    frame_s = float(np.median(np.diff(times)))
+    for is_strict in (True, False):
+        for begin, end in parts:
+            here = slice(round(begin * len(times)), len(times) - round(end * len(times)))
+            t, s = times[here] - times[here][0], along[here]
+            if len(t) < MIN_POINTS or t[-1] < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M:
+                continue
+            knows_kick = roll.begins_inside and begin == 0
+            kick_sigma_s = frame_s / np.sqrt(12) if knows_kick else None
+            found = _fit_part(t + frame_s / 2, s, noise_m, kick_sigma_s, is_strict)
+            if found is not None:
+                return found
     return None
 
 
@@ -246,25 +266,40 @@ def _noise(along: Array) -> float:
     return float(np.median(np.abs(third))) / MEDIAN_PER_SIGMA / THIRD_DIFFERENCE_GAIN
 
 
-def _fit_part(t: Array, s: Array, noise_m: float, knows_start: bool) -> _Fit | None:
-    """Fit one phase, or two where they explain clearly more; None where neither holds to the noise."""
-    one = np.stack([np.ones_like(t), t, t**2 / 2], axis=1)
-    terms = np.linalg.lstsq(one, s, rcond=None)[0]
-    left_1 = float(np.sum((s - one @ terms) ** 2))
-    tau, left_2 = _switch(t, s)
+def _fit_part(
+    t: Array, s: Array, noise_m: float, kick_sigma_s: float | None, is_strict: bool
+) -> _Fit | None:
+    """Fit one phase, or two where they explain clearly more; None where neither holds to the noise.
+
+    A few points that are far off are ignored. is_strict: not even a small second phase may be seen that is no slide.
+    """
     limit_m = max(MAX_NOISE * noise_m, MAX_RMS_M)
-    free_2 = len(t) - 5
-    is_two = left_1 - left_2 > 2 * MIN_F * max(left_2 / free_2, noise_m**2)
-    if is_two:
-        return (
-            _two_phases(t, s, tau, left_2, noise_m, knows_start)
-            if np.sqrt(left_2 / free_2) <= limit_m
-            else None
-        )
-    if np.sqrt(left_1 / (len(t) - 3)) > limit_m or abs(terms[2]) > MAX_ROLL_M_S2:
+    for _ in range(2):
+        one = _basis(t, np.array([0.0]))[0][:, [0, 1, 3]]
+        terms = np.linalg.lstsq(one, s, rcond=None)[0]
+        off_1 = s - one @ terms
+        tau, off_2, both = _switch(t, s)
+        left_1, left_2, free = float(off_1 @ off_1), float(off_2 @ off_2), len(t) - 5
+        is_two = left_1 - left_2 > 2 * MIN_F * max(left_2 / free, noise_m**2)
+        off = np.abs(off_2 if is_two else off_1)
+        # by the median, since a rough one is off by much more than the others
+        far = off > MAX_OFF_NOISES * max(float(np.median(off)) / MEDIAN_PER_SIGMA, noise_m, 1e-6)
+        if not far.any() or far.mean() > MAX_OFF_SHARE:
+            break
+        t, s = t[~far], s[~far]
+    _, v0, slide, roll = both
+    is_kick = (
+        is_two
+        and -slide >= max(MIN_SLIDE_M_S2, -MIN_SLIDE_PER_ROLL * roll)
+        and abs(roll) <= MAX_ROLL_M_S2
+        and v0 + slide * tau > 0
+    )
+    if is_kick and np.sqrt(left_2 / free) <= limit_m:
+        return _Fit(t, s, both, tau, max(left_2 / free, noise_m**2), kick_sigma_s)
+    variance = left_1 / (len(t) - 3)
+    if (is_two and is_strict) or np.sqrt(variance) > limit_m or abs(terms[2]) > MAX_ROLL_M_S2:
         return None
-    covariance = _covariance(one, max(left_1 / (len(t) - 3), noise_m**2))
-    return _Fit(acc_roll=(float(terms[2]), float(np.sqrt(covariance[2, 2]))))
+    return _Fit(t, s, terms[[0, 1, 2, 2]], None, max(variance, noise_m**2), None)
 
 
 def _basis(t: Array, tau: Array) -> Array:
@@ -276,43 +311,61 @@ def _basis(t: Array, tau: Array) -> Array:
     )
 
 
-def _switch(t: Array, s: Array) -> tuple[float, float]:
-    """Return the τ that explains the distance best, and the sum of squares that it leaves, m²."""
-    low, high = 0.08 * t[-1], 0.92 * t[-1]
-    tau, left = low, np.inf
-    for _ in range(2):
+def _switch(t: Array, s: Array) -> tuple[float, Array, Array]:
+    """Return the τ that explains the distance best, what it leaves (n,), m, and its terms."""
+    low, high = t[0] + 0.06 * np.ptp(t), t[0] + 0.94 * np.ptp(t)
+    for _ in range(3):
         tries = np.linspace(low, high, TRIES)
         basis = _basis(t, tries)
         normal = np.einsum("kni,knj->kij", basis, basis)
         terms = np.linalg.solve(normal, np.einsum("kni,n->ki", basis, s)[..., None])[..., 0]
-        squares = np.sum((s - np.einsum("kni,ki->kn", basis, terms)) ** 2, axis=1)
-        best = int(np.argmin(squares))
-        tau, left = float(tries[best]), float(squares[best])
+        off = s - np.einsum("kni,ki->kn", basis, terms)
+        best = int(np.argmin(np.sum(off**2, axis=1)))
         low, high = tries[max(best - 1, 0)], tries[min(best + 1, TRIES - 1)]
-    return tau, left
+    return float(tries[best]), off[best], terms[best]
 
 
-def _two_phases(
-    t: Array, s: Array, tau: float, left: float, noise_m: float, knows_start: bool
-) -> _Fit | None:
-    """Return a kicked ball's values; None where these are no slide and roll."""
-    basis = _basis(t, np.array([tau]))[0]
-    _, v0, slide, roll = np.linalg.lstsq(basis, s, rcond=None)[0]
-    is_slide = -slide >= max(MIN_SLIDE_M_S2, -MIN_SLIDE_PER_ROLL * roll)
-    speed = v0 + slide * tau
-    if not is_slide or abs(roll) > MAX_ROLL_M_S2 or speed <= 0:
-        return None
-    by_tau = (slide - roll) * np.maximum(t - tau, 0.0)
-    design = np.column_stack([basis, by_tau])
-    covariance = _covariance(design, max(left / (len(t) - 5), noise_m**2))
-    sigma = np.sqrt(np.diag(covariance))
+def _rolled(fit: _Fit) -> tuple[float, float]:
+    """Return a_roll and its σ of a roll with one phase."""
+    design = _basis(fit.t_s, np.array([0.0]))[0][:, [0, 1, 3]]
+    return float(fit.terms[3]), float(np.sqrt(_covariance(design, fit.variance_m2)[2, 2]))
+
+
+def _alone(fit: _Fit) -> Array:
+    """Return a_slide, a_roll and k of a kick by itself."""
+    _, v0, slide, roll = fit.terms
+    return np.array([slide, roll, 1 + slide * (fit.tau_s or 0.0) / v0])
+
+
+def _about(fit: _Fit, common: Array) -> tuple[tuple[float, float], ...] | None:
+    """Return a_slide, a_roll and k of a kick, each with σ, linearised about all kicks' common ones.
+
+    k with an infinite σ where the kick's moment is unknown. None where one of the phases is too short.
+    """
+    t, s, (slide, roll, k) = fit.t_s, fit.s_m, common
+    v0, tau = float(fit.terms[1]), fit.tau_s or 0.0
+    for _ in range(STEPS):
+        if fit.kick_sigma_s is not None:
+            tau = (k - 1) * v0 / slide
+        if not MIN_PHASE < (tau - t[0]) / np.ptp(t) < 1 - MIN_PHASE:
+            return None
+        basis = _basis(t, np.array([tau]))[0]
+        rest = s - basis[:, 2:] @ [slide, roll]
+        s0, v0 = np.linalg.lstsq(basis[:, :2], rest, rcond=None)[0]
+    design = np.column_stack([basis, (slide - roll) * np.maximum(t - tau, 0.0)])
+    change = np.linalg.lstsq(design, s - basis @ [s0, v0, slide, roll], rcond=None)[0]
+    covariance = _covariance(design, fit.variance_m2)
     # k = 1 + a τ / v0
     slope = np.array([0.0, -slide * tau / v0**2, tau / v0, 0.0, slide / v0])
-    k_sigma = float(np.sqrt(slope @ covariance @ slope))
-    return _Fit(
-        acc_roll=(float(roll), float(sigma[3])),
-        acc_slide=(float(slide), float(sigma[2])),
-        k_switch=(float(speed / v0), k_sigma) if knows_start else None,
+    by_moment = np.inf if fit.kick_sigma_s is None else k * slide / v0 * fit.kick_sigma_s
+    sigma = np.sqrt(np.diag(covariance))
+    return (
+        (float(slide + change[2]), float(sigma[2])),
+        (float(roll + change[3]), float(sigma[3])),
+        (
+            float(1 + slide * tau / v0 + slope @ change),
+            float(np.hypot(np.sqrt(slope @ covariance @ slope), by_moment)),
+        ),
     )
 
 
