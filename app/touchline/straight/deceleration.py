@@ -29,18 +29,22 @@ MAX_ROLLS = 60  # the newest count: more tell nothing new
 
 MIN_POINTS, MIN_LENGTH_M, MIN_SECONDS = 12, 0.3, 0.4  # of a roll
 MIN_ROLLS = 3  # with fewer it is unknown how much they differ
-MAX_ROLL_M_S2 = 1.5  # of what only rolls; a ball that slides has 2 to 5
+MAX_ROLL_M_S2 = 1.0  # of what only rolls; a ball that slides has 2 to 6
 MIN_ROLL_M_S2, MIN_SIGMAS = 0.05, 2.0  # what slows down less is driven, or unknown
 MIN_SLIDE_M_S2 = 1.0
 MIN_SLIDE_PER_ROLL = 2.0
+MIN_SWITCH = 0.4  # of a ball; robots that brake have less
 MIN_PHASE = 0.06  # of a kick's duration, of either phase: in less it has no acceleration
 ROUNDS, STEPS = 4, 3  # of all kicks about their common values, and of one kick's first place and speed
 MIN_F = 15.0  # of an F test: less is no second phase
 MAX_NOISE, MAX_RMS_M = 2.0, 0.003  # by which the law may be missed: noises, or what a lens is off
-CUTS = (0.0, 0.1, 0.2, 0.3, 0.4)  # of a roll, at either end
+CUTS = (0.0, 0.1, 0.2, 0.3, 0.4)  # of a roll, at either end, as
+MAX_CUT = 0.5  # together
+GUARD = 0.1  # next to what is cut: the beginning of a touch is hidden in the noise
 MAX_OFF_NOISES, MAX_OFF_SHARE = 4.0, 0.1  # a point further off does not count; so many may be
 TRIES = 33  # of τ, and once more between the neighbours of the best
-MAX_SPREADS = 4.0  # from the median: a roll of more does not count
+MAX_SPREADS, MIN_SPREAD = 4.0, 0.1  # from the median, and of its value: a roll of more does not count
+SCALE_SHARE = 0.01  # by which the calibration may be off where the balls rolled, for all of them alike
 MEDIAN_PER_SIGMA = 0.6745
 THIRD_DIFFERENCE_GAIN = np.sqrt(20.0)  # of 1, -3, 3, -1: σ of it per σ of a point
 
@@ -200,18 +204,23 @@ def measure_deceleration(rolls: Sequence[TimedRoll]) -> Decelerations:
         about = [one for fit in kicks if (one := _about(fit, common)) is not None]
         slide = _together([one[0] for one in about])
         roll = _together(rolled + [one[1] for one in about])
-        switch = _together([one[2] for one in about if np.isfinite(one[2][1])])
+        switch = _together([one[2] for one in about if np.isfinite(one[2][1])], 0.0)
         for at, found in enumerate((slide, roll, switch)):
             common[at] = common[at] if found is None else found.value
     slows = roll is not None and -roll.value > max(MIN_ROLL_M_S2, MIN_SIGMAS * roll.sigma)
     return Decelerations(roll if slows else None, slide, switch, len(fits))
 
 
-def _together(found: Sequence[tuple[float, float]]) -> Estimate | None:
-    """Combine the values and σ of several rolls; None of too few."""
+def _together(
+    found: Sequence[tuple[float, float]], scale_share: float = SCALE_SHARE
+) -> Estimate | None:
+    """Combine the values and σ of several rolls; None of too few. scale_share: of the value, common to all."""
     values, sigmas = np.array(found, float).reshape(-1, 2).T
-    off = np.abs(values - np.median(values)) if len(values) else values
-    spread = max(float(np.median(off)) / MEDIAN_PER_SIGMA, 1e-9) if len(values) else 1.0
+    if len(values) < MIN_ROLLS:
+        return None
+    middle = float(np.median(values))
+    off = np.abs(values - middle)
+    spread = max(float(np.median(off)) / MEDIAN_PER_SIGMA, MIN_SPREAD * abs(middle))
     agrees = off <= MAX_SPREADS * np.hypot(spread, sigmas)
     values, sigmas = values[agrees], sigmas[agrees]
     if len(values) < MIN_ROLLS:
@@ -225,7 +234,8 @@ def _together(found: Sequence[tuple[float, float]]) -> Estimate | None:
     by_noise = 1 / np.sqrt(weight.sum())
     by_spread = np.linalg.norm(weight * (values - mean)) / weight.sum()
     few = np.sqrt(1 + 3 / (len(values) - 1))  # the spread is itself estimated from a few
-    return Estimate(mean, float(few * max(by_noise, by_spread)), len(values))
+    sigma = np.hypot(few * max(by_noise, by_spread), scale_share * mean)
+    return Estimate(mean, float(sigma), len(values))
 
 
 def _fit(roll: TimedRoll) -> _Fit | None:
@@ -236,21 +246,23 @@ def _fit(roll: TimedRoll) -> _Fit | None:
         return None
     along = _along(places)
     noise_m = _noise(along)
-    parts = sorted(
-        ((begin, end) for begin in CUTS for end in CUTS), key=lambda cut: (sum(cut), cut[0])
-    )
     frame_s = float(np.median(np.diff(times)))
+
+    def part(begin: float, end: float, is_strict: bool) -> _Fit | None:
+        here = slice(round(begin * len(times)), round((1 - end) * len(times)))
+        t, s = times[here] - times[here][0], along[here]
+        if len(t) < MIN_POINTS or t[-1] < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M:
+            return None
+        kick_sigma_s = frame_s / np.sqrt(12) if roll.begins_inside and begin == 0 else None
+        fit = _fit_part(t + frame_s / 2, s, noise_m, kick_sigma_s, is_strict)
+        return None if fit is not None and fit.tau_s is not None and begin > 0 else fit
+
+    cuts = [(begin, end) for begin in CUTS for end in CUTS if begin + end <= MAX_CUT]
     for is_strict in (True, False):
-        for begin, end in parts:
-            here = slice(round(begin * len(times)), len(times) - round(end * len(times)))
-            t, s = times[here] - times[here][0], along[here]
-            if len(t) < MIN_POINTS or t[-1] < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M:
-                continue
-            knows_kick = roll.begins_inside and begin == 0
-            kick_sigma_s = frame_s / np.sqrt(12) if knows_kick else None
-            found = _fit_part(t + frame_s / 2, s, noise_m, kick_sigma_s, is_strict)
+        for begin, end in sorted(cuts, key=lambda cut: (sum(cut), cut[0])):
+            found = part(begin, end, is_strict)
             if found is not None:
-                return found
+                return part(begin + GUARD * (begin > 0), end + GUARD * (end > 0), False) or found
     return None
 
 
@@ -292,7 +304,7 @@ def _fit_part(
         is_two
         and -slide >= max(MIN_SLIDE_M_S2, -MIN_SLIDE_PER_ROLL * roll)
         and abs(roll) <= MAX_ROLL_M_S2
-        and v0 + slide * tau > 0
+        and v0 + slide * tau > MIN_SWITCH * v0
     )
     if is_kick and np.sqrt(left_2 / free) <= limit_m:
         return _Fit(t, s, both, tau, max(left_2 / free, noise_m**2), kick_sigma_s)
