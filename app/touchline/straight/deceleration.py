@@ -8,11 +8,12 @@ both accelerations, so that τ alone is searched. A ball that was rolled by hand
 or a robot does to it at either end is cut off: the longest part counts in which the law holds to the noise.
 All rolls together: a weighted mean whose σ has the noise of each and how much they differ, as slope and carpet make
 them (DerSimonian and Laird, 1986). Each kick is linearised about what all say: fitted alone, a short slide would weigh
-more the weaker noise makes it. A kick lies between two frames, so that the first speed is that of half a frame earlier.
+more the weaker noise makes it. A kick lies between two frames, so that the first speed is that of half a frame earlier;
+of a ball that was not followed while it lay, the first frames may be missing, of all kicks alike.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,16 +36,28 @@ MIN_SLIDE_M_S2 = 1.0
 MIN_SLIDE_PER_ROLL = 2.0
 MIN_SWITCH = 0.4  # of a ball; robots that brake have less
 MIN_PHASE = 0.06  # of a kick's duration, of either phase: in less it has no acceleration
-ROUNDS, STEPS = 4, 3  # of all kicks about their common values, and of one kick's first place and speed
+ROUNDS, STEPS = (
+    4,
+    3,
+)  # of all kicks about their common values, and of one kick's first place and speed
 MIN_F = 15.0  # of an F test: less is no second phase
 MAX_NOISE, MAX_RMS_M = 2.0, 0.003  # by which the law may be missed: noises, or what a lens is off
 CUTS = (0.0, 0.1, 0.2, 0.3, 0.4)  # of a roll, at either end, as
 MAX_CUT = 0.5  # together
+MIN_MOVED_M = 0.005  # and MAX_OFF_NOISES: with less a ball still lies
+LATE_FRAMES = (
+    0.5  # by which kicks may be earlier than half a frame, where the ball was not seen before
+)
 GUARD = 0.1  # next to what is cut: the beginning of a touch is hidden in the noise
 MAX_OFF_NOISES, MAX_OFF_SHARE = 4.0, 0.1  # a point further off does not count; so many may be
 TRIES = 33  # of τ, and once more between the neighbours of the best
-MAX_SPREADS, MIN_SPREAD = 4.0, 0.1  # from the median, and of its value: a roll of more does not count
-SCALE_SHARE = 0.01  # by which the calibration may be off where the balls rolled, for all of them alike
+MAX_SPREADS, MIN_SPREAD = (
+    4.0,
+    0.1,
+)  # from the median, and of its value: a roll of more does not count
+SCALE_SHARE = (
+    0.01  # by which the calibration may be off where the balls rolled, for all of them alike
+)
 MEDIAN_PER_SIGMA = 0.6745
 THIRD_DIFFERENCE_GAIN = np.sqrt(20.0)  # of 1, -3, 3, -1: σ of it per σ of a point
 
@@ -87,7 +100,8 @@ class Decelerations:
 class _Fit:
     """One roll, where it goes as a ball does. t_s (n,) from the kick, s_m (n,) along it; terms: s0, v0, a_slide, a_roll.
 
-    tau_s: None of one phase. variance_m2: of a point. kick_sigma_s: of the kick's moment; None: it is unknown.
+    tau_s: None of one phase. variance_m2: of a point. kick_sigma_s: of the kick's moment, and late_s, which all kicks
+    may have in common; None: it is unknown.
     """
 
     t_s: Array
@@ -96,6 +110,7 @@ class _Fit:
     tau_s: float | None
     variance_m2: float
     kick_sigma_s: float | None
+    late_s: float
 
 
 def deceleration_json(
@@ -197,16 +212,20 @@ def measure_deceleration(rolls: Sequence[TimedRoll]) -> Decelerations:
     fits = [fit for roll in rolls if (fit := _fit(roll)) is not None]
     rolled = [_rolled(fit) for fit in fits if fit.tau_s is None]
     kicks = [fit for fit in fits if fit.tau_s is not None]
-    known = [_alone(fit) for fit in kicks if fit.kick_sigma_s is not None]
+    begun = [_alone(fit) for fit in kicks if fit.kick_sigma_s is not None]
     common = np.median([_alone(fit) for fit in kicks] or [np.zeros(3)], axis=0)
-    common[2] = np.median([k for _, _, k in known]) if known else 0.0
+    common[2] = np.median([k for _, _, k in begun]) if begun else 0.0
     for _ in range(ROUNDS):
         about = [one for fit in kicks if (one := _about(fit, common)) is not None]
         slide = _together([one[0] for one in about])
         roll = _together(rolled + [one[1] for one in about])
-        switch = _together([one[2] for one in about if np.isfinite(one[2][1])], 0.0)
+        known = [one for one in about if np.isfinite(one[2][1])]
+        switch = _together([one[2] for one in known], 0.0)
         for at, found in enumerate((slide, roll, switch)):
             common[at] = common[at] if found is None else found.value
+    if switch is not None:
+        late = float(np.mean([by_late for _, _, _, (by_late, _) in known]))
+        switch = replace(switch, sigma=float(np.hypot(switch.sigma, late)))
     slows = roll is not None and -roll.value > max(MIN_ROLL_M_S2, MIN_SIGMAS * roll.sigma)
     return Decelerations(roll if slows else None, slide, switch, len(fits))
 
@@ -244,18 +263,34 @@ def _fit(roll: TimedRoll) -> _Fit | None:
     places, times = roll.places_mm[finite] / 1000, roll.times_s[finite]
     if len(times) < MIN_POINTS:
         return None
+    lay, frame_s = False, float(np.median(np.diff(times)))
     along = _along(places)
+    least_m = max(MIN_MOVED_M, MAX_OFF_NOISES * _noise(along))
+    first = int(np.argmax(along > along[0] + least_m))
+    last = len(along) - int(np.argmax(along[::-1] < along[-1] - least_m))
+    kick_s = frame_s
+    if first > 1:  # it was followed while it lay
+        lay, kick_s = True, float(times[first] - times[first - 1])
+    moves = slice(first if lay else 0, last if last < len(along) - 1 else len(along))
+    along, times = along[moves], times[moves]
+    if len(times) < MIN_POINTS:
+        return None
     noise_m = _noise(along)
-    frame_s = float(np.median(np.diff(times)))
 
     def part(begin: float, end: float, is_strict: bool) -> _Fit | None:
         here = slice(round(begin * len(times)), round((1 - end) * len(times)))
-        t, s = times[here] - times[here][0], along[here]
-        if len(t) < MIN_POINTS or t[-1] < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M:
+        t, s = times[here] - times[here][0] + kick_s / 2, along[here]
+        if len(t) < MIN_POINTS or np.ptp(t) < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M:
             return None
-        kick_sigma_s = frame_s / np.sqrt(12) if roll.begins_inside and begin == 0 else None
-        fit = _fit_part(t + frame_s / 2, s, noise_m, kick_sigma_s, is_strict)
-        return None if fit is not None and fit.tau_s is not None and begin > 0 else fit
+        fit = _fit_part(t, s, noise_m, is_strict)
+        if fit is None or fit.tau_s is None:
+            return fit
+        if begin > 0:
+            return None
+        if not (lay or roll.begins_inside):
+            return fit
+        late_s = 0.0 if lay else LATE_FRAMES * frame_s
+        return replace(fit, kick_sigma_s=kick_s / np.sqrt(12), late_s=late_s)
 
     cuts = [(begin, end) for begin in CUTS for end in CUTS if begin + end <= MAX_CUT]
     for is_strict in (True, False):
@@ -278,9 +313,7 @@ def _noise(along: Array) -> float:
     return float(np.median(np.abs(third))) / MEDIAN_PER_SIGMA / THIRD_DIFFERENCE_GAIN
 
 
-def _fit_part(
-    t: Array, s: Array, noise_m: float, kick_sigma_s: float | None, is_strict: bool
-) -> _Fit | None:
+def _fit_part(t: Array, s: Array, noise_m: float, is_strict: bool) -> _Fit | None:
     """Fit one phase, or two where they explain clearly more; None where neither holds to the noise.
 
     A few points that are far off are ignored. is_strict: not even a small second phase may be seen that is no slide.
@@ -307,11 +340,11 @@ def _fit_part(
         and v0 + slide * tau > MIN_SWITCH * v0
     )
     if is_kick and np.sqrt(left_2 / free) <= limit_m:
-        return _Fit(t, s, both, tau, max(left_2 / free, noise_m**2), kick_sigma_s)
+        return _Fit(t, s, both, tau, max(left_2 / free, noise_m**2), None, 0.0)
     variance = left_1 / (len(t) - 3)
     if (is_two and is_strict) or np.sqrt(variance) > limit_m or abs(terms[2]) > MAX_ROLL_M_S2:
         return None
-    return _Fit(t, s, terms[[0, 1, 2, 2]], None, max(variance, noise_m**2), None)
+    return _Fit(t, s, terms[[0, 1, 2, 2]], None, max(variance, noise_m**2), None, 0.0)
 
 
 def _basis(t: Array, tau: Array) -> Array:
@@ -350,7 +383,7 @@ def _alone(fit: _Fit) -> Array:
 
 
 def _about(fit: _Fit, common: Array) -> tuple[tuple[float, float], ...] | None:
-    """Return a_slide, a_roll and k of a kick, each with σ, linearised about all kicks' common ones.
+    """Return a_slide, a_roll and k of a kick, each with σ, linearised about all kicks' common ones; and k by late_s.
 
     k with an infinite σ where the kick's moment is unknown. None where one of the phases is too short.
     """
@@ -378,6 +411,7 @@ def _about(fit: _Fit, common: Array) -> tuple[tuple[float, float], ...] | None:
             float(1 + slide * tau / v0 + slope @ change),
             float(np.hypot(np.sqrt(slope @ covariance @ slope), by_moment)),
         ),
+        (float(-k * slide / v0 * fit.late_s), 0.0),
     )
 
 
