@@ -87,21 +87,26 @@ class Estimate:
 class Decelerations:
     """m/s², negative; k_switch: share of the first speed at which a ball begins to roll. None: unknown.
 
-    rolls: of which anything was measured.
+    rolls: of which anything was measured. Others were too short, went as no free ball does (uneven), or have another
+    acc_roll than most (apart).
     """
 
     acc_roll: Estimate | None
     acc_slide: Estimate | None
     k_switch: Estimate | None
     rolls: int
+    short: int = 0
+    uneven: int = 0
+    apart: int = 0
 
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """One roll, where it goes as a ball does. t_s (n,) from the kick, s_m (n,) along it; terms: s0, v0, a_slide, a_roll.
+    """One roll, where it goes as a ball does. t_s (n,) since the kick, s_m (n,) along it.
 
-    tau_s: None of one phase. variance_m2: of a point. kick_sigma_s: of the kick's moment, and late_s, which all kicks
-    may have in common; None: it is unknown.
+    terms: s0, v0, a_slide, a_roll. is_clear: no second phase is seen that is no slide. tau_s: None of one phase.
+    variance_m2: of a point. kick_sigma_s: of the kick's moment, None where it is unknown; late_s: what all kicks may
+    have in common.
     """
 
     t_s: Array
@@ -111,6 +116,7 @@ class _Fit:
     variance_m2: float
     kick_sigma_s: float | None
     late_s: float
+    is_clear: bool = True
 
 
 def deceleration_json(
@@ -126,6 +132,12 @@ def deceleration_json(
         if model is not None and roll.times_s is not None
     ]
     found = measure_deceleration(timed if is_free else [])
+    skipped = {
+        "untimed": sum(roll.times_s is None for roll in rolls[-MAX_ROLLS:]),
+        "short": found.short,
+        "uneven": found.uneven,
+        "apart": found.apart,
+    }
     values = {
         name: one and one.to_json()
         for name, one in (
@@ -134,7 +146,16 @@ def deceleration_json(
             ("k_switch", found.k_switch),
         )
     }
-    return stated({**values, "sentence": _sentence(found, model is not None, is_free)})
+    sentence = _sentence(found, model is not None, is_free)
+    if model is not None and is_free and any(skipped.values()):
+        why = say(
+            "deceleration.skipped",
+            "Rolls that do not count: {untimed} without times, {short} too short, {uneven} not "
+            "like a free ball, {apart} unlike the others.",
+            **skipped,
+        )
+        sentence = join(sentence, why)
+    return stated({**values, "skipped": skipped, "sentence": sentence})
 
 
 def _places(model: CameraModel | None, points: Points) -> Points:
@@ -209,7 +230,8 @@ def _sentence(found: Decelerations, is_calibrated: bool, is_free: bool) -> Sente
 
 def measure_deceleration(rolls: Sequence[TimedRoll]) -> Decelerations:
     """Return what rolls tell together; places that are not finite are ignored."""
-    fits = [fit for roll in rolls if (fit := _fit(roll)) is not None]
+    timed = [one for roll in rolls if (one := _long_enough(roll)) is not None]
+    fits = [fit for one in timed if (fit := _fit(one)) is not None]
     rolled = [_rolled(fit) for fit in fits if fit.tau_s is None]
     kicks = [fit for fit in fits if fit.tau_s is not None]
     begun = [_alone(fit) for fit in kicks if fit.kick_sigma_s is not None]
@@ -227,7 +249,9 @@ def measure_deceleration(rolls: Sequence[TimedRoll]) -> Decelerations:
         late = float(np.mean([by_late for _, _, _, (by_late, _) in known]))
         switch = replace(switch, sigma=float(np.hypot(switch.sigma, late)))
     slows = roll is not None and -roll.value > max(MIN_ROLL_M_S2, MIN_SIGMAS * roll.sigma)
-    return Decelerations(roll if slows else None, slide, switch, len(fits))
+    short, uneven = len(rolls) - len(timed), len(timed) - len(fits)
+    apart = 0 if roll is None else len(rolled) + len(about) - roll.rolls
+    return Decelerations(roll if slows else None, slide, switch, len(fits), short, uneven, apart)
 
 
 def _together(
@@ -257,35 +281,39 @@ def _together(
     return Estimate(mean, float(sigma), len(values))
 
 
-def _fit(roll: TimedRoll) -> _Fit | None:
-    """Fit one roll; None where no part of it is long enough, or goes as a ball does."""
+def _long_enough(roll: TimedRoll) -> TimedRoll | None:
+    """Return a roll's finite places and their times; None of one that is too short."""
     finite = np.isfinite(roll.places_mm).all(axis=1)
-    places, times = roll.places_mm[finite] / 1000, roll.times_s[finite]
-    if len(times) < MIN_POINTS:
+    places, times = roll.places_mm[finite], roll.times_s[finite]
+    if len(times) < MIN_POINTS or _is_short(times, _along(places) / 1000):
         return None
+    return TimedRoll(places, times, roll.begins_inside)
+
+
+def _fit(roll: TimedRoll) -> _Fit | None:
+    """Fit one roll; None where no part that is long enough goes as a ball does."""
+    times, along = roll.times_s, _along(roll.places_mm) / 1000
     lay, frame_s = False, float(np.median(np.diff(times)))
-    along = _along(places)
     least_m = max(MIN_MOVED_M, MAX_OFF_NOISES * _noise(along))
     first = int(np.argmax(along > along[0] + least_m))
     last = len(along) - int(np.argmax(along[::-1] < along[-1] - least_m))
     kick_s = frame_s
     if first > 1:  # it was followed while it lay
         lay, kick_s = True, float(times[first] - times[first - 1])
-    moves = slice(first if lay else 0, last if last < len(along) - 1 else len(along))
+    stops = last < len(along) - 1  # by itself, or by a hand
+    moves = slice(first if lay else 0, last if stops else len(along))
     along, times = along[moves], times[moves]
     if len(times) < MIN_POINTS:
         return None
     noise_m = _noise(along)
 
-    def part(begin: float, end: float, is_strict: bool) -> _Fit | None:
+    def part(begin: float, end: float) -> _Fit | None:
         here = slice(round(begin * len(times)), round((1 - end) * len(times)))
         t, s = times[here] - times[here][0] + kick_s / 2, along[here]
-        if len(t) < MIN_POINTS or np.ptp(t) < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M:
-            return None
-        fit = _fit_part(t, s, noise_m, is_strict)
+        fit = None if _is_short(t, s) else _fit_part(t, s, noise_m)
         if fit is None or fit.tau_s is None:
             return fit
-        if begin > 0:
+        if begin > 0:  # what was cut off was no kick
             return None
         if not (lay or roll.begins_inside):
             return fit
@@ -293,12 +321,19 @@ def _fit(roll: TimedRoll) -> _Fit | None:
         return replace(fit, kick_sigma_s=kick_s / np.sqrt(12), late_s=late_s)
 
     cuts = [(begin, end) for begin in CUTS for end in CUTS if begin + end <= MAX_CUT]
-    for is_strict in (True, False):
-        for begin, end in sorted(cuts, key=lambda cut: (sum(cut), cut[0])):
-            found = part(begin, end, is_strict)
-            if found is not None:
-                return part(begin + GUARD * (begin > 0), end + GUARD * (end > 0), False) or found
-    return None
+    best = None
+    for begin, end in sorted(cuts, key=lambda cut: (sum(cut), cut[0])):
+        found = part(begin, end)
+        if found is None or not (best is None or found.is_clear):
+            continue
+        best = part(begin + GUARD * (begin > 0), end + GUARD * (end > 0 or stops)) or found
+        if found.is_clear:
+            break
+    return best
+
+
+def _is_short(t: Array, s: Array) -> bool:
+    return len(t) < MIN_POINTS or np.ptp(t) < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M
 
 
 def _along(places: Points) -> Array:
@@ -313,10 +348,10 @@ def _noise(along: Array) -> float:
     return float(np.median(np.abs(third))) / MEDIAN_PER_SIGMA / THIRD_DIFFERENCE_GAIN
 
 
-def _fit_part(t: Array, s: Array, noise_m: float, is_strict: bool) -> _Fit | None:
+def _fit_part(t: Array, s: Array, noise_m: float) -> _Fit | None:
     """Fit one phase, or two where they explain clearly more; None where neither holds to the noise.
 
-    A few points that are far off are ignored. is_strict: not even a small second phase may be seen that is no slide.
+    A few points that are far off are ignored.
     """
     limit_m = max(MAX_NOISE * noise_m, MAX_RMS_M)
     for _ in range(2):
@@ -342,9 +377,9 @@ def _fit_part(t: Array, s: Array, noise_m: float, is_strict: bool) -> _Fit | Non
     if is_kick and np.sqrt(left_2 / free) <= limit_m:
         return _Fit(t, s, both, tau, max(left_2 / free, noise_m**2), None, 0.0)
     variance = left_1 / (len(t) - 3)
-    if (is_two and is_strict) or np.sqrt(variance) > limit_m or abs(terms[2]) > MAX_ROLL_M_S2:
+    if np.sqrt(variance) > limit_m or abs(terms[2]) > MAX_ROLL_M_S2:
         return None
-    return _Fit(t, s, terms[[0, 1, 2, 2]], None, max(variance, noise_m**2), None, 0.0)
+    return _Fit(t, s, terms[[0, 1, 2, 2]], None, max(variance, noise_m**2), None, 0.0, not is_two)
 
 
 def _basis(t: Array, tau: Array) -> Array:

@@ -137,7 +137,7 @@ class _Watch:
                     "at": round(taken.time - (taken.moment - roll.to_s), 3),
                     "seconds": roll.seconds,
                     "points": roll.points.round(2).tolist(),
-                    "times": [] if roll.times_s is None else roll.times_s.round(4).tolist(),
+                    "times": [] if roll.times_s is None else roll.times_s.round(6).tolist(),
                     "rms_px": roll.rms_px,
                     "straight_px": roll.straight_px,
                 }

@@ -44,6 +44,7 @@ CUT_EVERY = 8  # frames, at what is still being followed
 SETTLED_FRAMES = 6  # after its end until a roll is reported: until then it may still go on
 # points of a track that are looked at before it has ended: what stands and shakes has no end
 MAX_OPEN_POINTS = 240
+MIN_STEP_S = 1e-5  # between frames: less is no clock of theirs
 MAX_KNOWN_FRAMES = 4096  # whose times are remembered; tracks are shorter
 PRODUCTS = ("report", "lens", "refined")
 MAX_FRAMES = 100_000
@@ -171,7 +172,7 @@ class RollRecorder:
             float(times_s[-1]),
             run.rms_px,
             run.straight_px,
-            times_s - times_s[0],
+            times_s - times_s[0] if np.all(np.diff(times_s) > MIN_STEP_S) else None,
         )
 
 
@@ -202,14 +203,18 @@ def run_motion(spec: Any, progress: Progress) -> JsonObject:
     if spec["film"] is not None:
         recorder = track_film(spec["film"], subprogress(progress, 0.0, TRACKING_SHARE), calibration)
         rolls, size = recorder.rolls, recorder.size
-        report = recorder.report(*model_for_size(calibration, size))
+        model, name = model_for_size(calibration, size)
+        report = recorder.report(model, name)
     else:
         rolls, size = (
             [roll_from_json(one) for one in spec["rolls"]],
             ImageSize.of(spec["image_size"]),
         )
-        report = roll_report(rolls, size, *model_for_size(calibration, size))
+        model, name = model_for_size(calibration, size)
+        report = roll_report(rolls, size, model, name)
         report = {**report, "runs": [roll.to_json() for roll in rolls]}
+    agreeing, is_free = agreeing_rolls(rolls, report), report["raw"]["free"]
+    report["deceleration"] = deceleration_json(agreeing, model, size, is_free)
     lens = refined = None
     if spec["make"] != "report":
         progress(TRACKING_SHARE, say("progress.straightening-rolls", "Straightening the rolls"))

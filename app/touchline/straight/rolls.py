@@ -371,7 +371,16 @@ class RecordedRoll:
             "points": self.points.round(2).tolist(),
             "rms_px": self.rms_px,
             "straight_px": self.straight_px,
+            "times": [] if self.times_s is None else self.times_s.round(6).tolist(),
         }
+
+
+def check_times(times: Sequence[float], points: Sequence[object]) -> None:
+    """Raise ValueError unless there is a time for each of these points, finite and increasing, or none at all."""
+    if times and not (
+        len(times) == len(points) and np.isfinite(times).all() and np.all(np.diff(times) > 0)
+    ):
+        raise ValueError("Send one time for each point, in s, increasing.")
 
 
 def roll_report(

@@ -4,10 +4,10 @@
 """
 
 import asyncio
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from fastapi import APIRouter, Query, Request, WebSocket
-from pydantic import Field
+from pydantic import Field, model_validator
 from starlette.responses import Response
 
 from touchline.api import schemas
@@ -35,6 +35,7 @@ from touchline.services.forms import Coordinate, Name, Note, Number, OptionText,
 from touchline.services.live import FIRST_FRAME_S, take_frame, when_awake
 from touchline.straight import service
 from touchline.straight.rolling import run_motion
+from touchline.straight.rolls import check_times
 from touchline.straight.straightness import (
     StraightLinesRequest,
     run_straightness,
@@ -288,6 +289,15 @@ class RollForm(Strict):
         description="[x, y] px, raw"
     )
     seconds: Annotated[Number, Field(gt=0, le=3600)]
+    times: Annotated[list[Annotated[Number, Field(ge=0, le=3600)]], Field(max_length=2000)] = Field(
+        [],
+        description="of each point since the first one, s, increasing; without them no deceleration",
+    )
+
+    @model_validator(mode="after")
+    def check(self) -> Self:
+        check_times(self.times, self.points)
+        return self
 
 
 class MotionRequest(Strict):

@@ -18,6 +18,7 @@ from touchline.store.integrity import checksummed, content, json_text
 from touchline.store.repository import Repository, check_etag, content_etag, timestamp
 from touchline.store.tables import RollRow
 from touchline.straight.rolling import check_product, check_refinable, stored_rolls_json
+from touchline.straight.rolls import check_times
 
 MAX_ROLLS = 300  # of one camera: with more nothing is known better; the oldest go
 SAVED = ("at", "seconds", "points", "times", "rms_px", "straight_px")
@@ -116,7 +117,9 @@ def _etag(rolls: Iterable[Mapping[str, Any]]) -> str:
 
 def read_roll(row: Any) -> object:
     """Read a saved row; raise where this version cannot."""
-    return ROLL.validate_python(content(row))
+    roll = ROLL.validate_python(content(row))
+    check_times(roll.get("times", []), roll["points"])
+    return roll
 
 
 def saved_rolls(services: Services) -> RollRepository:
