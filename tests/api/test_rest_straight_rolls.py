@@ -256,6 +256,24 @@ def test_a_film_in_the_pictures_folder_is_judged(client):
     )
 
 
+def test_times_of_posted_rolls_give_a_deceleration_or_are_refused(client, calibration):
+    tracks, seconds = chords(np.random.default_rng(3), lens_of(-0.2), 8)
+    rolls = [
+        {"points": p.tolist(), "seconds": t, "times": np.linspace(0, t, len(p)).tolist()}
+        for p, t in zip(tracks, seconds, strict=True)
+    ]
+    body = {"rolls": rolls, "image_size": list(SIZE), "calibration": calibration["id"]}
+    done = finished(client, accepted(client.post(f"{API}/motion", json=body)))
+    report = done["result"]["report"]
+    assert report["deceleration"]["skipped"]["untimed"] == 0 and report["runs"][0]["times"]
+    untimed = [{name: one[name] for name in ("points", "seconds")} for one in rolls]
+    done = finished(client, accepted(client.post(f"{API}/motion", json={**body, "rolls": untimed})))
+    assert done["result"]["report"]["deceleration"]["skipped"]["untimed"] > 0
+    for times in (rolls[0]["times"][1:], rolls[0]["times"][::-1], [0.0] * len(tracks[0])):
+        wrong = {**body, "rolls": [{**rolls[0], "times": times}]}
+        refusal(client.post(f"{API}/motion", json=wrong), 422)
+
+
 def test_rolls_that_a_script_has_followed_itself_are_judged(client):
     tracks, seconds = chords(np.random.default_rng(3), lens_of(-0.2), 8)
     rolls = [{"points": p.tolist(), "seconds": t} for p, t in zip(tracks, seconds, strict=True)]

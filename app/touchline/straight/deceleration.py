@@ -45,6 +45,7 @@ MAX_NOISE, MAX_RMS_M = 2.0, 0.003  # by which the law may be missed: noises, or 
 CUTS = (0.0, 0.1, 0.2, 0.3, 0.4)  # of a roll, at either end, as
 MAX_CUT = 0.5  # together
 MIN_MOVED_M = 0.005  # and MAX_OFF_NOISES: with less a ball still lies
+EARLY = 4  # points by which the speed of a kick is known well enough to say when it was
 LATE_FRAMES = (
     0.5  # by which kicks may be earlier than half a frame, where the ball was not seen before
 )
@@ -297,9 +298,12 @@ def _fit(roll: TimedRoll) -> _Fit | None:
     least_m = max(MIN_MOVED_M, MAX_OFF_NOISES * _noise(along))
     first = int(np.argmax(along > along[0] + least_m))
     last = len(along) - int(np.argmax(along[::-1] < along[-1] - least_m))
-    kick_s = frame_s
-    if first > 1:  # it was followed while it lay
-        lay, kick_s = True, float(times[first] - times[first - 1])
+    kick_s, kick_sigma_s = frame_s / 2, frame_s / np.sqrt(12)  # before the first point
+    if first > 1 and len(along) > first + EARLY:  # it was followed while it lay
+        lay, early = True, slice(first, first + EARLY)
+        speed = float(np.polyfit(times[early], along[early], 1)[0])
+        gone_m = float(along[first] - np.median(along[: first - 1]))
+        kick_s, kick_sigma_s = gone_m / speed, _noise(along[first:]) / speed
     stops = last < len(along) - 1  # by itself, or by a hand
     moves = slice(first if lay else 0, last if stops else len(along))
     along, times = along[moves], times[moves]
@@ -309,7 +313,7 @@ def _fit(roll: TimedRoll) -> _Fit | None:
 
     def part(begin: float, end: float) -> _Fit | None:
         here = slice(round(begin * len(times)), round((1 - end) * len(times)))
-        t, s = times[here] - times[here][0] + kick_s / 2, along[here]
+        t, s = times[here] - times[here][0] + kick_s, along[here]
         fit = None if _is_short(t, s) else _fit_part(t, s, noise_m)
         if fit is None or fit.tau_s is None:
             return fit
@@ -318,7 +322,7 @@ def _fit(roll: TimedRoll) -> _Fit | None:
         if not (lay or roll.begins_inside):
             return fit
         late_s = 0.0 if lay else LATE_FRAMES * frame_s
-        return replace(fit, kick_sigma_s=kick_s / np.sqrt(12), late_s=late_s)
+        return replace(fit, kick_sigma_s=kick_sigma_s, late_s=late_s)
 
     cuts = [(begin, end) for begin in CUTS for end in CUTS if begin + end <= MAX_CUT]
     best = None
