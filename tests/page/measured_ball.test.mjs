@@ -59,4 +59,6 @@ test("nothing is sent while a value is missing, and the notice says which", asyn
   });
   assert.deepEqual(sent, []);
   assert.equal(notices.value[0].level, "warn");
+  assert.match(notices.value[0].text, /Sliding.*, .*factor/i);
+  assert.doesNotMatch(notices.value[0].text, /Rolling/);
 });

@@ -209,7 +209,7 @@ def _sentence(found: Decelerations, is_calibrated: bool, is_free: bool) -> Sente
             rolling,
             say(
                 "deceleration.kick",
-                "To measure how it slides, kick it {needed} times in the middle of the image.",
+                "To measure how it slides, kick a ball that lies in the middle of the image {needed} times.",
                 needed=MIN_ROLLS,
             ),
         )
@@ -239,11 +239,11 @@ def measure_deceleration(rolls: Sequence[TimedRoll]) -> Decelerations:
     common = np.median([_alone(fit) for fit in kicks] or [np.zeros(3)], axis=0)
     common[2] = np.median([k for _, _, k in begun]) if begun else 0.0
     for _ in range(ROUNDS):
-        about = [one for fit in kicks if (one := _about(fit, common)) is not None]
-        slide = _together([one[0] for one in about])
-        roll = _together(rolled + [one[1] for one in about])
-        known = [one for one in about if np.isfinite(one[2][1])]
-        switch = _together([one[2] for one in known], 0.0)
+        about = [kick for fit in kicks if (kick := _about(fit, common)) is not None]
+        slide = _together([kick[0] for kick in about])
+        roll = _together(rolled + [kick[1] for kick in about])
+        known = [kick for kick in about if np.isfinite(kick[2][1])]
+        switch = _together([kick[2] for kick in known], 0.0)
         for at, found in enumerate((slide, roll, switch)):
             common[at] = common[at] if found is None else found.value
     if switch is not None:
@@ -337,7 +337,7 @@ def _fit(roll: TimedRoll) -> _Fit | None:
 
 
 def _is_short(t: Array, s: Array) -> bool:
-    return len(t) < MIN_POINTS or np.ptp(t) < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M
+    return bool(len(t) < MIN_POINTS or np.ptp(t) < MIN_SECONDS or np.ptp(s) < MIN_LENGTH_M)
 
 
 def _along(places: Points) -> Array:

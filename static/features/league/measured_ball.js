@@ -14,16 +14,22 @@ export async function publishDeceleration(camera, found) {
   try {
     const { path, now, etag } = await publicationOf(camera);
     const known = now.ball_models?.straight_two_phase ?? {};
+    const labels = {
+      acc_slide: t("network.ball.acc-slide"),
+      acc_roll: t("network.ball.acc-roll"),
+      k_switch: t("network.ball.k-switch"),
+    };
+    const names = /** @type {const} */ (["acc_slide", "acc_roll", "k_switch"]);
     const values = Object.fromEntries(
-      /** @type {const} */ (["acc_slide", "acc_roll", "k_switch"]).map((name) => [
-        name,
-        rounded(found[name]?.value ?? known[name]),
-      ]),
+      names.map((name) => [name, rounded(found[name]?.value ?? known[name])]),
     );
-    if (Object.values(values).some((value) => value === undefined)) {
+    const missing = names.filter((name) => values[name] === undefined);
+    if (missing.length) {
       notify({
         level: "warn",
-        text: t("rolling.deceleration.missing"),
+        text: t("rolling.deceleration.missing", {
+          values: missing.map((name) => labels[name]).join(", "),
+        }),
         fix: t("rolling.deceleration.missing.fix"),
       });
       return;

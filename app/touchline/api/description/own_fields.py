@@ -577,7 +577,9 @@ OWN_FIELDS = {
     "Rolls": {
         "report": "what all rolls say together; null: there are none",
         "deceleration": "how the ball slows down: acc_slide and acc_roll in m/s², negative, and k_switch, each as "
-        "value ± sigma of so many rolls, null where it is unknown; null: there are no rolls",
+        "value ± sigma of so many rolls, null where it is unknown; skipped: how many rolls do not count, by reason: "
+        "untimed (saved without times), short, uneven (not like a free ball), apart (unlike the others); null: there "
+        "are no rolls",
     },
     "Sag DistortionReport": {
         "before_pct": "bow of the borders (paper, Eq. 9), % of their length; null: unknown",
