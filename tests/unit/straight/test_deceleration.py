@@ -127,6 +127,30 @@ def test_what_is_driven_or_too_short_or_too_few_tells_nothing():
         assert found == replace(measure_deceleration([]), short=len(none))
 
 
+def test_short_slides_in_few_frames_do_not_draw_the_mean():
+    values = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        rolls = [
+            seen(rng, *moved(rng, rng.uniform(2, 4.5), True, slide=-3.0), 30) for _ in range(10)
+        ]
+        values.append(measure_deceleration(rolls).acc_slide.value)
+    assert np.mean(values) == pytest.approx(-3.0, rel=0.015)
+
+
+def test_a_kicked_ball_that_a_hand_stops_rolls_as_others_do():
+    values = []
+    for seed in range(12):
+        rng, rolls = np.random.default_rng(seed), []
+        for _ in range(10):
+            times, way = moved(rng, rng.uniform(2, 4.5), True)
+            v, at = np.gradient(way, times), np.searchsorted(times, rng.uniform(1.0, 1.6))
+            v[at:] = np.maximum(v[at] - 6.0 * (times[at:] - times[at]), 0)
+            rolls.append(seen(rng, times, np.cumsum(v) * 1e-4, 60))
+        values.append(measure_deceleration(rolls).acc_roll.value)
+    assert np.mean(values) == pytest.approx(ROLL, rel=0.03)
+
+
 def test_a_kick_is_known_better_of_a_ball_that_was_seen_to_lie():
     sudden, known = (
         measure_deceleration(rolled(np.random.default_rng(7), kicked=True, lies_s=lies_s)).k_switch
@@ -136,11 +160,17 @@ def test_a_kick_is_known_better_of_a_ball_that_was_seen_to_lie():
     assert known.rolls >= 8 and known.sigma < 0.7 * sudden.sigma
 
 
-def robot(rng):
-    """What drives off, at an even speed on, and brakes to a stop."""
-    times = np.arange(0, 2.5, 1e-3)
-    v = np.minimum(times / 0.6, 1) * np.clip((2.5 - times) / 0.8, 0, 1)
-    return seen(rng, times, np.cumsum(v) * 1e-3, 60)
+DRIVES = {  # moments, s, and speeds, m/s
+    "drives off and stops": ([0, 0.6, 1.7, 2.5], [0, 1, 1, 0]),
+    "brakes and creeps": ([0, 0.9, 2.0], [2.5, 0.3, 0.3]),
+    "brakes": ([0, 1.5], [2.2, 0.4]),
+    "drives off, brakes and rolls": ([0, 0.25, 0.75, 2.0], [0, 2.5, 1.6, 1.2]),
+}
+
+
+def robot(rng, drive="drives off and stops"):
+    times = np.arange(0, DRIVES[drive][0][-1], 1e-3)
+    return seen(rng, times, np.cumsum(np.interp(times, *DRIVES[drive])) * 1e-3, 60)
 
 
 def test_robots_among_the_balls_do_not_count():
@@ -148,8 +178,14 @@ def test_robots_among_the_balls_do_not_count():
     found = measure_deceleration(rolled(rng, count=8) + [robot(rng) for _ in range(3)])
     assert found.acc_roll.value == pytest.approx(ROLL, rel=0.05)
     assert found.acc_slide is None and found.uneven + found.apart >= 3
-    alone = measure_deceleration([robot(rng) for _ in range(10)])
-    assert alone.acc_roll is None and alone.acc_slide is None
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_robots_alone_are_no_kicks(drive):
+    rng = np.random.default_rng(3)
+    found = measure_deceleration([robot(rng, drive) for _ in range(10)])
+    assert found.acc_slide is None and found.k_switch is None
+    assert found.acc_roll is None or drive == "drives off, brakes and rolls"
 
 
 def test_a_ball_that_comes_into_the_picture_does_not_tell_when_it_was_kicked():
