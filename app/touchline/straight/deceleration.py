@@ -368,7 +368,8 @@ def _fit_part(t: Array, s: Array, noise_m: float) -> _Fit | None:
         off = np.abs(off_2 if is_two else off_1)
         # by the median, since a rough one is off by much more than the others
         far = off > MAX_OFF_NOISES * max(float(np.median(off)) / MEDIAN_PER_SIGMA, noise_m, 1e-6)
-        if not far.any() or far.mean() > MAX_OFF_SHARE:
+        in_a_row = (far[2:] & far[1:-1] & far[:-2]).any()  # a push or a touch, not an error
+        if not far.any() or in_a_row or far.mean() > MAX_OFF_SHARE:
             break
         t, s = t[~far], s[~far]
     _, v0, slide, roll = both

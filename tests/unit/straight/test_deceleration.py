@@ -183,7 +183,7 @@ def test_robots_among_the_balls_do_not_count():
 @pytest.mark.parametrize("drive", DRIVES)
 def test_robots_alone_are_no_kicks(drive):
     rng = np.random.default_rng(3)
-    found = measure_deceleration([robot(rng, drive) for _ in range(10)])
+    found = measure_deceleration([robot(rng, drive) for _ in range(20)])
     assert found.acc_slide is None and found.k_switch is None
     assert found.acc_roll is None or drive == "drives off, brakes and rolls"
 
