@@ -131,6 +131,16 @@ def test_lines_that_the_field_has_not_are_removed_and_others_added():
     assert markings_alone(field, FIELD) == markings_alone(FIELD, field) == []
 
 
+def test_a_camera_is_found_by_its_number_whichever_thread_has_it():
+    before = settings(SSL, SSL)
+    swapped = re.sub(
+        rb'("camera index" type="int">\n)([01])', lambda m: m[1] + (b"%d" % (1 - int(m[2]))), before
+    )
+    found = updated_settings(swapped, FIELD, [camera(1)])
+    assert parameters(found.data, 0) != parameters(before, 0)
+    assert parameters(found.data, 1) == parameters(before, 1)
+
+
 def test_a_camera_of_opencvs_model_has_ssl_visions_afterwards():
     found = updated_settings(settings(OPENCV), FIELD, [camera()])
     assert parameters(found.data)["use openCV camera model"] == "false"
@@ -186,6 +196,12 @@ def test_it_says_which_cameras_ssl_vision_will_not_send_and_which_are_in_no_file
             [0],
             Conflict,
             "limits distortion to 1.5 … ∞",
+        ),
+        (
+            settings(SSL).replace(b'"tz" type="double" minval="" max', b'"tz" type="double" maxval="9.5" was'),
+            [0],
+            Conflict,
+            "limits tz to −∞ … 9.5",
         ),
         (settings(SSL).replace(b'"ty"', b'"t y"'), [0], BadInput, "has no setting 'ty'"),
     ],
