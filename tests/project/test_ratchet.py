@@ -17,7 +17,7 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 540_500,
+    "tokens": 541_000,
     "files": 392,
     "untyped dictionaries": 450,
     "modules with one importer": 63,

@@ -36,29 +36,23 @@ MIN_SLIDE_M_S2 = 1.0
 MIN_SLIDE_PER_ROLL = 2.0
 MIN_SWITCH = 0.4  # of a ball; robots that brake have less
 MIN_PHASE = 0.06  # of a kick's duration, of either phase: in less it has no acceleration
-ROUNDS, STEPS = (
-    4,
-    3,
-)  # of all kicks about their common values, and of one kick's first place and speed
+# of all kicks about their common values, and of one kick's first place and speed
+ROUNDS, STEPS = 4, 3
 MIN_F = 15.0  # of an F test: less is no second phase
 MAX_NOISE, MAX_RMS_M = 2.0, 0.003  # by which the law may be missed: noises, or what a lens is off
 CUTS = (0.0, 0.1, 0.2, 0.3, 0.4)  # of a roll, at either end, as
 MAX_CUT = 0.5  # together
 MIN_MOVED_M = 0.005  # and MAX_OFF_NOISES: with less a ball still lies
 EARLY = 4  # points by which the speed of a kick is known well enough to say when it was
-LATE_FRAMES = (
-    0.5  # by which kicks may be earlier than half a frame, where the ball was not seen before
-)
+# by which kicks may be earlier than half a frame, where the ball was not seen before
+LATE_FRAMES = 0.5
 GUARD = 0.1  # next to what is cut: the beginning of a touch is hidden in the noise
 MAX_OFF_NOISES, MAX_OFF_SHARE = 4.0, 0.1  # a point further off does not count; so many may be
 TRIES = 33  # of τ, and once more between the neighbours of the best
-MAX_SPREADS, MIN_SPREAD = (
-    4.0,
-    0.1,
-)  # from the median, and of its value: a roll of more does not count
-SCALE_SHARE = (
-    0.01  # by which the calibration may be off where the balls rolled, for all of them alike
-)
+# from the median, and of its value: a roll of more does not count
+MAX_SPREADS, MIN_SPREAD = 4.0, 0.1
+# by which the calibration may be off where the balls rolled, for all of them alike
+SCALE_SHARE = 0.01
 MEDIAN_PER_SIGMA = 0.6745
 THIRD_DIFFERENCE_GAIN = np.sqrt(20.0)  # of 1, -3, 3, -1: σ of it per σ of a point
 
